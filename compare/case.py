@@ -1,0 +1,56 @@
+"""A case, as Python sees it: checked and completed by mpm_case, the only validator, and read back from its TOML."""
+
+import subprocess
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from compare.programs import program
+
+
+class CaseError(Exception):
+    """Bad input, said in one line: `file:line: problem (why) hint`. Programs print it and exit with code 2."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """Every key of cases/schema.toml with a value of its declared type, in bounds.
+
+    `case["geometry.height"]` is a value, `case["geometry"]` a table of them; units are the schema's.
+    """
+
+    path: Path
+    text: str  # the file as its author wrote it
+    resolved: str  # the complete case as TOML
+    values: dict
+
+    def __getitem__(self, key: str):
+        value = self.values
+        for word in key.split("."):
+            value = value[word]
+        return value
+
+
+def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
+    """The case of a file, or of a folder that holds case.toml; `overrides` are "key=value".
+
+    Raises CaseError with the validator's line.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / "case.toml"
+    command = [program("mpm_case"), path, *(word for assignment in overrides for word in ("--set", assignment))]
+    try:
+        check = subprocess.run(command, capture_output=True, text=True, check=False)
+    except FileNotFoundError as missing:
+        raise CaseError(f"{command[0]}: no such program (not built). Build it with: cmake --build --preset release") \
+            from missing
+    if check.returncode:
+        raise CaseError(check.stderr.strip())
+    return parse(check.stdout, path, path.read_text())
+
+
+def parse(resolved: str, path: str | Path = "", text: str = "") -> Case:
+    """The case of a resolved TOML text, such as the attribute `case_resolved` of a result file."""
+    return Case(Path(path), text, resolved, tomllib.loads(resolved))
