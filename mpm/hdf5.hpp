@@ -1,0 +1,126 @@
+// HDF5 for result files: groups, datasets and attributes with handles that close themselves. Failures throw.
+#pragma once
+
+#include <hdf5.h>
+
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace grainpair::hdf5 {
+
+struct Error : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Owns one HDF5 identifier.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what) : id_(id), close_(close) {
+    if (id < 0) throw Error("HDF5: cannot " + what);
+  }
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(id_, other.id_);
+    std::swap(close_, other.close_);
+    return *this;
+  }
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  operator hid_t() const { return id_; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+template <class T>
+hid_t type_of();
+template <>
+inline hid_t type_of<double>() { return H5T_NATIVE_DOUBLE; }
+template <>
+inline hid_t type_of<std::uint32_t>() { return H5T_NATIVE_UINT32; }
+template <>
+inline hid_t type_of<std::int64_t>() { return H5T_NATIVE_INT64; }
+template <>
+inline hid_t type_of<std::uint8_t>() { return H5T_NATIVE_UINT8; }
+template <>
+inline hid_t type_of<int>() { return H5T_NATIVE_INT; }
+
+inline Handle create_file(const std::string& path) {
+  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, "create " + path};
+}
+
+inline Handle open_file(const std::string& path) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are exceptions, not prints
+  return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open " + path};
+}
+
+/// Creates a group and whatever groups lead to it.
+inline Handle create_group(hid_t parent, const std::string& name) {
+  const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, "make a property list");
+  H5Pset_create_intermediate_group(links, 1);
+  return {H5Gcreate2(parent, name.c_str(), links, H5P_DEFAULT, H5P_DEFAULT), H5Gclose, "create group " + name};
+}
+
+template <class T>
+void write_attribute(hid_t object, const std::string& name, std::span<const T> values) {
+  const hsize_t n = values.size();
+  const Handle space(H5Screate_simple(1, &n, nullptr), H5Sclose, "make a dataspace");
+  const Handle attribute(H5Acreate2(object, name.c_str(), type_of<T>(), space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                         "create attribute " + name);
+  if (H5Awrite(attribute, type_of<T>(), values.data()) < 0) throw Error("HDF5: cannot write attribute " + name);
+}
+
+template <class T>
+  requires std::is_arithmetic_v<T>
+void write_attribute(hid_t object, const std::string& name, T value) {
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "make a dataspace");
+  const Handle attribute(H5Acreate2(object, name.c_str(), type_of<T>(), space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                         "create attribute " + name);
+  if (H5Awrite(attribute, type_of<T>(), &value) < 0) throw Error("HDF5: cannot write attribute " + name);
+}
+
+inline void write_attribute(hid_t object, const std::string& name, const std::string& value) {
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "copy a type");
+  H5Tset_size(type, value.empty() ? 1 : value.size());
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "make a dataspace");
+  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                         "create attribute " + name);
+  if (H5Awrite(attribute, type, value.c_str()) < 0) throw Error("HDF5: cannot write attribute " + name);
+}
+
+/// A compressed one-dimensional dataset, stored as `stored` (native type of T by default).
+template <class T>
+Handle write_dataset(hid_t parent, const std::string& name, std::span<const T> values, hid_t stored = H5I_INVALID_HID) {
+  const hsize_t n = values.size();
+  const Handle space(H5Screate_simple(1, &n, nullptr), H5Sclose, "make a dataspace");
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "make a property list");
+  if (n > 0) {
+    H5Pset_chunk(creation, 1, &n);
+    H5Pset_shuffle(creation);
+    H5Pset_deflate(creation, 2);
+  }
+  Handle dataset(H5Dcreate2(parent, name.c_str(), stored == H5I_INVALID_HID ? type_of<T>() : stored, space,
+                            H5P_DEFAULT, creation, H5P_DEFAULT),
+                 H5Dclose, "create dataset " + name);
+  if (H5Dwrite(dataset, type_of<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+    throw Error("HDF5: cannot write dataset " + name);
+  return dataset;
+}
+
+template <class T>
+std::vector<T> read_dataset(hid_t parent, const std::string& name) {
+  const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open dataset " + name);
+  const Handle space(H5Dget_space(dataset), H5Sclose, "read a dataspace");
+  std::vector<T> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+  if (H5Dread(dataset, type_of<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+    throw Error("HDF5: cannot read dataset " + name);
+  return values;
+}
+
+}  // namespace grainpair::hdf5
