@@ -6,11 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from compare.errors import CaseError, EngineError
 from compare.programs import program
-
-
-class CaseError(Exception):
-    """Bad input, said in one line: `file:line: problem (why) hint`. Programs print it and exit with code 2."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,7 @@ class Case:
 def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
     """The case of a file, or of a folder that holds case.toml; `overrides` are "key=value".
 
-    Raises CaseError with the validator's line.
+    Raises CaseError with the validator's line; EngineError if the validator is not built.
     """
     path = Path(path)
     if path.is_dir():
@@ -44,7 +41,7 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
     try:
         check = subprocess.run(command, capture_output=True, text=True, check=False)
     except FileNotFoundError as missing:
-        raise CaseError(f"{command[0]}: no such program (not built). Build it with: cmake --build --preset release") \
+        raise EngineError(f"{command[0]}: no such program (not built). Build it with: cmake --build --preset release") \
             from missing
     if check.returncode:
         raise CaseError(check.stderr.strip())
