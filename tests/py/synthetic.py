@@ -1,0 +1,157 @@
+"""Small run files of both engines, made from formulas, so that what the comparison says of them is known.
+
+The cloud is a block of points that spreads: x = x0 s(t), with s(t) growing from 1 to `stretch` along a smooth step, so
+that every point has a known place and velocity at any time. The energy history is a formula too. Nothing here is an
+engine; the files only follow the layout of CONTRIBUTING.md.
+"""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+CASE = """
+title = "Synthetic block"
+[geometry]
+dimension = "plane_strain"
+height = {height}
+length = {length}
+thickness = {thickness}
+floor_length = 1.0
+gravity = 9.81
+[grains]
+diameter = 0.002
+density = 2500.0
+[initial]
+state = "nominal"
+void_ratio = {void_ratio}
+[walls]
+front_back = "periodic"
+[compare]
+kernel = "gauss"
+width = 0.75
+spacing = 1.0
+margin_run_out = 0.05
+margin_height = 0.05
+margin_time = 0.05
+margin_energy = 0.05
+"""
+
+DENSITY = 2500.0  # kg/m3
+DIAMETER = 0.002  # m
+
+
+def _vector(group, name, values, unit):
+    record = group.create_group(name)
+    for k, component in enumerate("xyz"):
+        data = record.create_dataset(component, data=np.ascontiguousarray(values[:, k]))
+        data.attrs["unit"] = unit
+
+
+def block(height, length, thickness, spacing, rng=None):
+    """Positions (N, 3) of a lattice that fills height x length x thickness, jittered by a tenth when rng is given."""
+    counts = [max(1, round(extent / spacing)) for extent in (length, height, thickness)]
+    axes = [(np.arange(n) + 0.5) * extent / n for n, extent in zip(counts, (length, height, thickness))]
+    x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    if rng is not None:
+        x = x + rng.uniform(-0.1, 0.1, x.shape) * spacing
+    return x
+
+
+def smooth_step(s):
+    s = np.clip(s, 0.0, 1.0)
+    return s * s * (3.0 - 2.0 * s)
+
+
+def write_run(path, engine, *, height=0.04, length=0.04, thickness=0.008, void_ratio=0.7, stretch=2.0, duration=5.0,
+              frames=26, dissipated=0.95, peak=0.10, peak_time=1.2, seed=1, jitter=True, spacing=0.002):
+    """Writes a run of `engine` ("mpm" or "dem") whose block is stretched in x by `stretch` over `duration` time scales,
+    its height shrinking in proportion.
+
+    The potential energy follows the points; the kinetic energy is a bump of height `peak` (of M g H) at `peak_time`
+    time scales; `dissipated` is the share of the remaining loss booked as physical, the rest is unaccounted.
+    Returns the path.
+    """
+    rng = np.random.default_rng(seed)
+    x0 = block(height, length, thickness, spacing, rng if jitter else None)
+    count = len(x0)
+    solid = height * length * thickness / (1.0 + void_ratio)
+    mass = np.full(count, solid * DENSITY / count)
+    scale = np.sqrt(height / 9.81)
+    case = CASE.format(height=height, length=length, thickness=thickness, void_ratio=void_ratio)
+
+    def stretch_at(tau):
+        return 1.0 + (stretch - 1.0) * smooth_step(tau / (0.8 * duration))
+
+    def place(tau):
+        s, eps = stretch_at(tau), 1e-6
+        rate = (stretch_at(tau + eps) - stretch_at(tau - eps)) / (2.0 * eps * scale)
+        x = x0 * [s, 1.0 / s, 1.0]
+        v = x0 * [rate, -rate / s**2, 0.0]
+        return x, v
+
+    path = Path(path)
+    with h5py.File(path, "w") as f:
+        f.attrs.update({
+            "openPMD": "1.1.0", "openPMDextension": np.uint32(0), "basePath": "/data/%T/", "particlesPath": "particles/",
+            "meshesPath": "meshes/", "iterationEncoding": "groupBased", "iterationFormat": "/data/%T/",
+            "software": "grainpair", "softwareVersion": "0.1.0", "date": "2026-01-01 00:00:00 +0000",
+            "machine": "formula", "schema_version": 1, "engine": engine, "engine_version": "synthetic", "commit": "none",
+            "seed": seed, "case": case, "case_resolved": case, "command": "synthetic", "threads": 1,
+            "cpu_seconds": 1.5 if engine == "mpm" else 30.0, "wall_seconds": 2.0, "time_scale": scale,
+            "end_reason": "rest"})
+        for i, tau in enumerate(np.linspace(0.0, duration, frames)):
+            x, v = place(tau)
+            step = f.create_group(f"data/{i * 100}")
+            step.attrs.update({"time": tau * scale, "dt": 1e-5, "timeUnitSI": 1.0})
+            cloud = step.create_group("particles/cloud")
+            _vector(cloud, "position", x, "m")
+            _vector(cloud, "velocity", v, "m/s")
+            cloud["id"] = np.arange(1, count + 1)
+            cloud["mass"] = mass
+            cloud["solid_volume"] = mass / DENSITY
+            if engine == "mpm":
+                cloud["void_ratio"] = np.full(count, void_ratio)
+                cloud["granular_temperature"] = np.full(count, 1e-4)
+                depth = np.maximum(x[:, 1].max() - x[:, 1], 0.0)
+                stress = cloud.create_group("stress")
+                weight = DENSITY / (1.0 + void_ratio) * 9.81 * depth
+                for name, factor in {"xx": 0.5, "yy": 1.0, "zz": 0.5, "xy": 0.0, "yz": 0.0, "zx": 0.0}.items():
+                    stress[name] = factor * weight
+            else:
+                cloud["radius"] = np.full(count, DIAMETER / 2)
+                cloud["kind"] = np.ones(count, dtype=np.uint8)
+                _vector(cloud, "angular_velocity", np.zeros_like(x), "1/s")
+
+        total, tau = mass.sum(), np.linspace(0.0, duration, 501)
+        y0 = (mass * x0[:, 1]).sum()
+        potential = 9.81 * y0 / stretch_at(tau)
+        kinetic = peak * total * 9.81 * height * np.exp(-((tau - peak_time) / 0.5) ** 2)
+        kinetic[0] = 0.0
+        loss = potential[0] - potential - kinetic
+        history = {"time": tau * scale, "kinetic": kinetic, "potential": potential,
+                   "rotational": np.zeros_like(tau), "elastic": np.zeros_like(tau),
+                   "dissipated": dissipated * loss, "unaccounted": (1.0 - dissipated) * loss}
+        if engine == "mpm":
+            history |= {"fluctuation": np.zeros_like(tau), "dissipated_plastic": 0.6 * dissipated * loss,
+                        "dissipated_collisional": 0.4 * dissipated * loss, "dissipated_wall": np.zeros_like(tau),
+                        "loss_transfer": 0.7 * (1 - dissipated) * loss,
+                        "loss_time_integration": 0.3 * (1 - dissipated) * loss, "loss_detached": np.zeros_like(tau)}
+        else:
+            history |= {"dissipated_normal": 0.2 * dissipated * loss, "dissipated_tangential": 0.8 * dissipated * loss,
+                        "dissipated_wall": np.zeros_like(tau), "dissipated_short": 0.55 * dissipated * loss,
+                        "dissipated_enduring": 0.45 * dissipated * loss}
+        for name, values in history.items():
+            data = f.create_dataset(f"energy/{name}", data=values)
+            data.attrs["unit"] = "s" if name == "time" else "J"
+            data.attrs["doc"] = name
+    return path
+
+
+def write_pair(folder, mpm=None, dem=None):
+    """mpm.h5 and dem.h5 in `folder`; keywords of write_run for either side."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_run(folder / "mpm.h5", "mpm", **({"seed": 1, "jitter": False, "spacing": 0.00125} | (mpm or {})))
+    write_run(folder / "dem.h5", "dem", **({"seed": 2} | (dem or {})))
+    return folder
