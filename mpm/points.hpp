@@ -1,0 +1,61 @@
+// The material points: structure of arrays, plain data, kept in the order of the cells they lie in.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "mpm/tensor.hpp"
+
+namespace grainpair {
+
+template <int Dim>
+struct Points {
+  using Vec = Eigen::Matrix<double, Dim, 1>;
+  using Mat = Eigen::Matrix<double, Dim, Dim>;
+
+  std::vector<Vec> x;             // position [m]
+  std::vector<Vec> v;             // velocity [m/s]
+  std::vector<Mat> B;             // affine moment sum_i w_i v_i (X_i - x)^T [m2/s]
+  std::vector<double> mass;       // [kg]
+  std::vector<double> void_ratio; // e, from det F [-]
+  std::vector<SymTensor> sigma;   // total stress, compression positive [Pa]
+  std::vector<double> pressure_correction;  // averaged minus own pressure, used in the internal force [Pa]
+
+  std::vector<double> stored, fluctuation;        // held energies [J/kg]
+  std::vector<double> plastic, collisional;       // dissipated since release [J/kg]
+  std::vector<double> granular_temperature;       // [m2/s2]
+  std::vector<double> deviatoric_strain;          // accumulated sqrt(2/3 dev D : dev D) dt [-]
+  std::vector<double> modulus, viscosity;         // of the law, for the time step [Pa], [Pa s]
+  std::vector<std::uint8_t> regime;
+  std::vector<std::uint32_t> id;
+
+  std::size_t size() const { return x.size(); }
+
+  void resize(std::size_t n) {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // whatever is not set shows
+    x.resize(n, Vec::Constant(nan));
+    v.resize(n, Vec::Zero());
+    B.resize(n, Mat::Zero());
+    sigma.resize(n, SymTensor::Constant(nan));
+    for (auto* field : {&mass, &void_ratio, &granular_temperature, &modulus, &viscosity}) field->resize(n, nan);
+    for (auto* field : {&pressure_correction, &stored, &fluctuation, &plastic, &collisional, &deviatoric_strain})
+      field->resize(n, 0.0);
+    regime.resize(n, 0);
+    id.resize(n);
+  }
+
+  /// point[i] <- point[order[i]] for every field.
+  void reorder(const std::vector<std::uint32_t>& order) {
+    const auto apply = [&](auto& field) {
+      auto sorted = field;
+      for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = field[order[i]];
+      field.swap(sorted);
+    };
+    apply(x), apply(v), apply(B), apply(mass), apply(void_ratio), apply(sigma), apply(pressure_correction);
+    apply(stored), apply(fluctuation), apply(plastic), apply(collisional), apply(granular_temperature);
+    apply(deviatoric_strain), apply(modulus), apply(viscosity), apply(regime), apply(id);
+  }
+};
+
+}  // namespace grainpair

@@ -1,0 +1,7 @@
+#include "mpm/simulation_setup.hpp"
+
+namespace grainpair {
+
+template std::unique_ptr<Simulation> make_column<ThreeDimensional>(const Case&, const Numerics&, unsigned);
+
+}  // namespace grainpair
