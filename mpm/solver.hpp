@@ -16,11 +16,7 @@
 #include "mpm/kinematics.hpp"
 #include "mpm/ledger.hpp"
 #include "mpm/points.hpp"
-#include "mpm/transfer/affine_flip.hpp"
-#include "mpm/transfer/apic.hpp"
-#include "mpm/transfer/flip.hpp"
-#include "mpm/transfer/pic.hpp"
-#include "mpm/transfer/xpic.hpp"
+#include "mpm/transfer/transfer.hpp"
 #include "mpm/walls.hpp"
 
 namespace grainpair {
@@ -30,7 +26,6 @@ struct SolverError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-enum class TransferScheme { pic, flip, apic, affine_flip, xpic };
 enum class StressUpdate { first, last, musl };
 enum class VolumetricAveraging { none, cell, nodal };
 enum class Limit { none = 0, elastic = 1, critical_state = 2, viscous = 3 };
@@ -180,7 +175,7 @@ class Solver final : public Simulation {
   void constrain(double time_offset);
   void sharpen_velocity();
   void gather_velocity(double dt);
-  template <class Transfer>
+  template <bool Affine>
   Sums gather_velocity_strip(const Strip& strip, double filter, double dt);
   void gather_gradient();
   void move(double dt);

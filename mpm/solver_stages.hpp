@@ -55,8 +55,7 @@ void Solver<K, S>::clear_grid() {
 template <class K, class S>
 template <bool Momentum, bool Force>
 void Solver<K, S>::scatter() {
-  const auto scheme = setup_.numerics.transfer;
-  const bool affine = scheme == TransferScheme::apic || scheme == TransferScheme::affine_flip;
+  const bool affine = is_affine(setup_.numerics.transfer);
   for_each_strip([&](std::size_t s) {
     if (affine)
       scatter_strip<Momentum, Force, true>(strips_[s]);
@@ -238,14 +237,10 @@ void Solver<K, S>::gather_velocity(double dt) {
   const double tau = setup_.numerics.relaxation_time;
   const double filter = tau > 0.0 ? -std::expm1(-dt / tau) : 0.0;
   std::vector<Sums> sums(strips_.size());
+  const bool affine = is_affine(setup_.numerics.transfer);
   for_each_strip([&](std::size_t s) {
-    switch (setup_.numerics.transfer) {
-      case TransferScheme::pic: sums[s] = gather_velocity_strip<Pic>(strips_[s], filter, dt); break;
-      case TransferScheme::flip: sums[s] = gather_velocity_strip<Flip>(strips_[s], filter, dt); break;
-      case TransferScheme::apic: sums[s] = gather_velocity_strip<Apic>(strips_[s], filter, dt); break;
-      case TransferScheme::affine_flip: sums[s] = gather_velocity_strip<AffineFlip>(strips_[s], filter, dt); break;
-      case TransferScheme::xpic: sums[s] = gather_velocity_strip<Xpic>(strips_[s], filter, dt); break;
-    }
+    sums[s] = affine ? gather_velocity_strip<true>(strips_[s], filter, dt)
+                     : gather_velocity_strip<false>(strips_[s], filter, dt);
   });
   double before = 0.0, after = 0.0;
   max_speed_ = 0.0;
@@ -259,7 +254,7 @@ void Solver<K, S>::gather_velocity(double dt) {
 }
 
 template <class K, class S>
-template <class Transfer>
+template <bool Affine>
 auto Solver<K, S>::gather_velocity_strip(const Strip& strip, double filter, double dt) -> Sums {
   using Lanes = Eigen::Array4d;
   Sums sum;
@@ -275,7 +270,7 @@ auto Solver<K, S>::gather_velocity_strip(const Strip& strip, double filter, doub
         const Lanes a = n[dim - 1].w[k] * node[k].motion;
         v += a;
         dv += n[dim - 1].w[k] * node[k].change;
-        if constexpr (Transfer::affine) m += n[dim - 1].xi[k] * a;
+        if constexpr (Affine) m += n[dim - 1].xi[k] * a;
       }
     };
     for (int i = 0; i < S::support; ++i) {
@@ -291,7 +286,7 @@ auto Solver<K, S>::gather_velocity_strip(const Strip& strip, double filter, doub
           const double w = n[1].w[j];
           v += w * vj;
           dv += w * dvj;
-          if constexpr (Transfer::affine) {
+          if constexpr (Affine) {
             m_last += w * mj;
             m_middle += (w * n[1].xi[j]) * vj;
           }
@@ -300,7 +295,7 @@ auto Solver<K, S>::gather_velocity_strip(const Strip& strip, double filter, doub
       const double w = n[0].w[i];
       velocity += w * v;
       increment += w * dv;
-      if constexpr (Transfer::affine) {
+      if constexpr (Affine) {
         moment[0] += (w * n[0].xi[i]) * v;
         moment[dim - 1] += w * m_last;
         if constexpr (dim == 3) moment[1] += w * m_middle;
@@ -310,9 +305,9 @@ auto Solver<K, S>::gather_velocity_strip(const Strip& strip, double filter, doub
     Vec& v_p = points_.v[p];
     const double m = points_.mass[p];
     sum.kinetic_before += 0.5 * m * v_p.squaredNorm();
-    v_p = Transfer::velocity(v_p, grid_velocity, unlanes(increment), filter);
+    v_p = transferred(setup_.numerics.transfer, v_p, grid_velocity, Vec(unlanes(increment)), filter);
     sum.kinetic_after += 0.5 * m * v_p.squaredNorm();
-    if constexpr (Transfer::affine)
+    if constexpr (Affine)
       for (int d = 0; d < dim; ++d) points_.B[p].col(d) = unlanes(moment[d]);
     displacement_[p] = dt * grid_velocity;
     sum.speed = std::max(sum.speed, grid_velocity.cwiseAbs().maxCoeff());
