@@ -1,0 +1,33 @@
+"""Where the grains of a periodic box start: random, without overlap."""
+import numpy as np
+
+from dem_reference.element.grains import Grains
+
+START = 0.25  # solid fraction of the random sequential addition, safely below its saturation at 0.38
+
+
+def box_side(grains: Grains, count: int, solid_fraction: float) -> float:
+    """Side of the cube in which `count` grains have `solid_fraction` [m]."""
+    return (count * grains.volume / solid_fraction) ** (1 / 3)
+
+
+def random_positions(count: int, side: float, seed: int) -> tuple[np.ndarray, float]:
+    """Random sequential addition in a periodic cube.
+
+    Returns the centres, shape (count, 3) [m], and the diameter [m] that makes the solid fraction START: the
+    grains are then grown to their own size by the engine.
+    """
+    random = np.random.default_rng(seed)
+    diameter = (6 * START / (np.pi * count)) ** (1 / 3) * side
+    centres = np.empty((count, 3))
+    placed = 0
+    for _ in range(2000 * count):
+        trial = random.random(3) * side
+        apart = centres[:placed] - trial
+        apart -= side * np.round(apart / side)
+        if np.all(np.einsum("ij,ij->i", apart, apart) > diameter**2):
+            centres[placed] = trial
+            placed += 1
+            if placed == count:
+                return centres, diameter
+    raise RuntimeError(f"packing: placed {placed} of {count} grains (random addition got stuck) another seed may do")
