@@ -24,7 +24,7 @@ box tilt large
 read_data grains.data
 pair_style granular
 pair_coeff * * hertz/material {E} {e} {nu} tangential mindlin NULL 1.0 0.0 damping tsuji
-neighbor {skin} bin
+neighbor {d} bin
 neigh_modify delay 0
 timestep {dt}
 variable d equal ramp({d0},{d})
@@ -32,6 +32,7 @@ fix move all nve/sphere
 fix grow all adapt 20 atom diameter v_d mass yes
 run {grow_steps}
 unfix grow
+neighbor {skin} bin
 reset_timestep 0
 set group all diameter {d}
 set group all density {rho}
