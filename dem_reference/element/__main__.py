@@ -4,7 +4,6 @@ A point's record is written to build/element/<test>/ and gathered into CASE/refe
 where it stopped.
 """
 import argparse
-import shlex
 import sys
 from pathlib import Path
 
@@ -18,7 +17,7 @@ def main() -> int:
     parser.add_argument("--point", help="the one point to run, by name; its record is not gathered")
     parser.add_argument("--gather", action="store_true", help="only gather the records that wait")
     arguments = parser.parse_args()
-    command = shlex.join(["python3", "-m", "dem_reference.element", *sys.argv[1:]])
+    command = f"python3 -m dem_reference.element {arguments.case}"
     try:
         case = Case(arguments.case)
         if arguments.point:
