@@ -59,7 +59,8 @@ def run_point(case: Case, point: dict) -> list[dict]:
     cost = {"status": status, "commit": records.commit(), "machine": records.machine(), "wall_seconds": time.time() - wall,
             "cpu_seconds": sum(used[:4]) - sum(cpu[:4])}
     rows = results if isinstance(results, list) else [results]
-    return [point | row | cost for row in rows]
+    identity = {key: value for key, value in point.items() if not isinstance(value, list)}
+    return [identity | row | cost for row in rows]
 
 
 def store_point(case: Case, point: dict) -> Path:

@@ -33,7 +33,7 @@ def run(grains: Grains, point: dict, folder: Path) -> list[dict]:
 
 
 def compress(grains: Grains, point: dict, folder: Path) -> list[dict]:
-    pressures = point.pop("pressures")
+    pressures = point["pressures"]
     box = prepare(grains, point, pressures[0], folder / "log.liggghts")
     rows = []
     for stage, pressure in enumerate(pressures):
