@@ -69,7 +69,7 @@ SampleGrid<D> cover(const std::vector<RunFile>& runs, const Options& o, double h
 }
 
 template <int D>
-void write_grid(hdf5::File& out, const SampleGrid<D>& grid) {
+void write_grid(H5File& out, const SampleGrid<D>& grid) {
   out.make_group("/grid");
   for (int a = 0; a < D; ++a) {
     std::vector<double> centres;
@@ -84,7 +84,7 @@ void write_grid(hdf5::File& out, const SampleGrid<D>& grid) {
 
 template <int D>
 void map_run(const RunFile& run, const std::string& group, const SampleGrid<D>& grid, const Kernel<D>& kernel,
-             const Options& o, hdf5::File& out) {
+             const Options& o, H5File& out) {
   // The conserved fields keep their sixteen digits; the rest are stored in single precision.
   static const std::set<std::string> exact{"density", "momentum", "solid_fraction"};
   std::vector<std::size_t> frames = o.frames;
@@ -124,7 +124,7 @@ void map_run(const RunFile& run, const std::string& group, const SampleGrid<D>& 
 }
 
 template <int D>
-void map_all(const std::vector<RunFile>& runs, const Options& o, hdf5::File& out) {
+void map_all(const std::vector<RunFile>& runs, const Options& o, H5File& out) {
   const Scene& scene = runs.front().scene();
   const double d = scene.grain.diameter;
   const double w = (o.width > 0.0 ? o.width : scene.width) * d, h = (o.spacing > 0.0 ? o.spacing : scene.spacing) * d;
@@ -153,7 +153,7 @@ void map(const Options& o) {
   }
   const std::string temporary = o.output + ".part";
   try {
-    hdf5::File out = hdf5::File::create(temporary);
+    H5File out = H5File::create(temporary);
     if (o.dimension == 1) map_all<1>(runs, o, out);
     if (o.dimension == 2) map_all<2>(runs, o, out);
     if (o.dimension == 3) map_all<3>(runs, o, out);

@@ -13,7 +13,7 @@ constexpr double glued = 3.0;  // the record `kind` of a grain that belongs to t
 
 /// The case inside a result file was checked when the run began; here its keys are only looked up, so that a run made
 /// with an older schema can still be mapped.
-Scene read_scene(const hdf5::File& file) {
+Scene read_scene(const H5File& file) {
   const toml::table table = toml::parse(file.text("/", "case_resolved"));
   const auto key = [&](const char* section, const char* name) {
     const auto node = table[section][name];
@@ -40,7 +40,7 @@ std::vector<T> pick(const std::vector<T>& all, const std::vector<std::size_t>& w
 }  // namespace
 
 RunFile::RunFile(const std::string& path)
-    : file_(hdf5::File::open(path)), engine_(file_.text("/", "engine")), scene_(read_scene(file_)) {
+    : file_(H5File::open(path)), engine_(file_.text("/", "engine")), scene_(read_scene(file_)) {
   for (const auto& name : file_.members("/data")) steps_.push_back(std::stol(name));
   std::sort(steps_.begin(), steps_.end());
   if (steps_.empty()) throw std::runtime_error(path + ":/data: no frames");

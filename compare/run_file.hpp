@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "compare/coarse_grain.hpp"
-#include "compare/hdf5.hpp"
+#include "compare/h5_file.hpp"
 
 namespace grainpair {
 
@@ -24,7 +24,7 @@ class RunFile {
 
   const Scene& scene() const { return scene_; }
   const std::string& engine() const { return engine_; }  // "mpm" or "dem"
-  const hdf5::File& file() const { return file_; }
+  const H5File& file() const { return file_; }
   std::size_t frames() const { return steps_.size(); }
   double time(std::size_t frame) const;  // [s]
   std::vector<Vec3> positions(std::size_t frame) const;  // of what moves
@@ -37,7 +37,7 @@ class RunFile {
   std::vector<std::size_t> moving(std::size_t frame) const;
   void read_contacts(std::size_t frame, const std::vector<std::size_t>& moving, Cloud& cloud) const;
 
-  hdf5::File file_;
+  H5File file_;
   std::string engine_;
   Scene scene_;
   std::vector<long> steps_;

@@ -1,41 +1,18 @@
-// The little of HDF5 that reading runs and writing fields takes, owned by RAII. Errors are std::runtime_error with the
-// file's and the object's name; HDF5's own error stack is silenced.
+// An HDF5 file as reading runs and writing fields needs it. Errors are hdf5::Error with the file's and the object's name.
 #pragma once
 
-#include <hdf5.h>
-
 #include <span>
-#include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
-namespace grainpair::hdf5 {
+#include "mpm/hdf5.hpp"
 
-/// An identifier of HDF5, closed when it goes.
-class Handle {
+namespace grainpair {
+
+class H5File {
  public:
-  Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what) : id_(id), close_(close) {
-    if (id < 0) throw std::runtime_error(what);
-  }
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  Handle& operator=(Handle&&) = delete;
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  operator hid_t() const { return id_; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-class File {
- public:
-  static File open(const std::string& path);    // to read
-  static File create(const std::string& path);  // to write, over what was there
+  static H5File open(const std::string& path);    // to read
+  static H5File create(const std::string& path);  // to write, over what was there
 
   const std::string& path() const { return path_; }
   bool has(const std::string& object) const;                      // every link of the path exists
@@ -56,12 +33,12 @@ class File {
   void set(const std::string& object, const std::string& attribute, double number);
 
  private:
-  File(std::string path, hid_t id);
-  Handle object(const std::string& name) const;
+  H5File(std::string path, hid_t id);
+  hdf5::Handle object(const std::string& name) const;
   std::string where(const std::string& name) const { return path_ + ":" + name; }
 
   std::string path_;
-  Handle file_;
+  hdf5::Handle file_;
 };
 
-}  // namespace grainpair::hdf5
+}  // namespace grainpair
