@@ -86,12 +86,13 @@ void write_attribute(hid_t object, const std::string& name, T value) {
 
 inline void write_attribute(hid_t object, const std::string& name, const std::string& value) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "copy a type");
-  H5Tset_size(type, value.empty() ? 1 : value.size());
+  H5Tset_size(type, H5T_VARIABLE);  // readers get text, not padded bytes
   H5Tset_cset(type, H5T_CSET_UTF8);
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "make a dataspace");
   const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
                          "create attribute " + name);
-  if (H5Awrite(attribute, type, value.c_str()) < 0) throw Error("HDF5: cannot write attribute " + name);
+  const char* const text = value.c_str();
+  if (H5Awrite(attribute, type, &text) < 0) throw Error("HDF5: cannot write attribute " + name);
 }
 
 /// A compressed one-dimensional dataset, stored as `stored` (native type of T by default).
