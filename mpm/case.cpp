@@ -20,10 +20,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Throws the one line; control characters in what the user wrote must not break it into two.
 template <class... Args>
 [[noreturn]] void refuse(const std::string& where, fmt::format_string<Args...> what,
                          Args&&... args) {
-  throw CaseError(where + ": " + fmt::format(what, std::forward<Args>(args)...));
+  std::string line = where + ": " + fmt::format(what, std::forward<Args>(args)...);
+  std::ranges::replace_if(
+      line, [](unsigned char c) { return c < ' ' || c == 0x7f; }, ' ');
+  throw CaseError(line);
 }
 
 /// A value somebody gave, and where: "case.toml:12" or "--set grains.friction=0.4".
@@ -75,10 +79,10 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
   tables.erase("");
   if (siblings.empty() || asked.table().empty()) {
     const std::string table = asked.table().empty() ? name : asked.table();
-    std::vector<std::string> known(tables.begin(), tables.end());
     if (tables.contains(table))
       refuse(where, "'{0}' is a table, not a value (its keys stand under [{0}])", table);
-    if (asked.table().empty()) known.insert(known.end(), siblings.begin(), siblings.end());
+    std::vector<std::string> known = siblings;
+    known.insert(known.end(), tables.begin(), tables.end());
     refuse(where, "unknown {} '{}' (known: {}).{}", asked.table().empty() ? "key" : "table", table,
            fmt::join(known, ", "), suggestion(table, known));
   }

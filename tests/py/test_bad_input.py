@@ -1,0 +1,76 @@
+"""Bad case files: each gives one clear line and exit code 2, and leaves nothing behind."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from compare.programs import ROOT, program
+
+CARD = ROOT / "cases" / "materials" / "seed_table1.toml"
+SEED = (ROOT / "cases" / "column" / "case.toml").read_text().replace('card = "seed_table1"', f'card = "{CARD}"')
+
+
+def but(old: str, new: str) -> bytes:
+    """The seed's case with one thing changed."""
+    assert old in SEED
+    return SEED.replace(old, new).encode()
+
+
+# What is wrong: the file (None: there is none), and the words the line must have.
+BROKEN = {
+    "missing key": (but("height = 0.1\n", ""), "missing key 'geometry.height'"),
+    "wrong type": (but("friction = 0.5", 'friction = "rough"'), "case.toml:14: grains.friction must be a number"),
+    "negative diameter": (but("diameter = 0.002", "diameter = -0.002"), "case.toml:10: grains.diameter = -0.002 m is out"),
+    "unknown law": (but("lade_duncan", "lade_dunkan"), "Did you mean 'lade_duncan'?"),
+    "empty file": (b"", "is empty"),
+    "binary file": (b"\x89HDF\r\n\x1a\n\0\0\0\0", "binary data"),
+    "not a number": (but("restitution = 0.879", "restitution = nan"), "grains.restitution = nan is not a finite number"),
+    "unit mistake": (but("diameter = 0.002", "diameter = 2.0"), "Is it in m? 1000 times less would fit."),
+    "unreadable path": (None, "cannot be read"),
+    "contradictory walls": (but('base = "glued"', 'base = "glued"\nbase_friction = 0.5'), "contradicts walls.base"),
+}
+
+
+def call(command: list, folder: Path) -> subprocess.CompletedProcess:
+    return subprocess.run([str(word) for word in command], cwd=folder, capture_output=True, text=True, timeout=60,
+                          env=os.environ | {"PYTHONPATH": str(ROOT)})
+
+
+PROGRAMS = {
+    "launcher": [sys.executable, "-m", "compare.cli", "run", "case.toml"],
+    "validator": [program("mpm_case"), "case.toml"],
+}
+
+
+@pytest.mark.parametrize("who", PROGRAMS)
+@pytest.mark.parametrize("what", BROKEN)
+def test_broken_case_gives_one_line_and_code_2(tmp_path, what, who):
+    content, words = BROKEN[what]
+    if content is not None:
+        (tmp_path / "case.toml").write_bytes(content)
+    before = set(tmp_path.rglob("*"))
+    result = call(PROGRAMS[who], tmp_path)
+    assert result.returncode == 2, result.stderr
+    assert result.stderr.count("\n") == 1 and result.stderr.startswith("case.toml")
+    assert words in result.stderr
+    assert result.stdout == ""
+    assert set(tmp_path.rglob("*")) == before
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.data())
+def test_no_damage_to_a_case_file_crashes_the_validator(tmp_path_factory, data):
+    """A piece of the seed's case is replaced by arbitrary bytes: accepted or refused in one line, never worse."""
+    text = SEED.encode()
+    start = data.draw(st.integers(0, len(text)))
+    end = data.draw(st.integers(start, min(start + 20, len(text))))
+    file = tmp_path_factory.getbasetemp() / "damaged.toml"
+    file.write_bytes(text[:start] + data.draw(st.binary(max_size=20)) + text[end:])
+    result = subprocess.run([program("mpm_case"), file], capture_output=True, timeout=60)
+    assert result.returncode in (0, 2)
+    assert result.stderr.count(b"\n") == (result.returncode == 2)
