@@ -50,13 +50,16 @@ class CaseFiles : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(CaseFiles, EveryCaseOfTheProjectIsAccepted) {
+TEST_F(CaseFiles, EverySceneOfTheProjectIsAccepted) {
   int count = 0;
-  for (const auto& entry : fs::directory_iterator(cases))
-    if (fs::exists(entry.path() / "case.toml")) {
-      EXPECT_NO_THROW(Case::load(entry.path().string())) << entry.path();
-      ++count;
-    }
+  for (const auto& entry : fs::directory_iterator(cases)) {
+    std::ifstream file(entry.path() / "case.toml");
+    const std::string text(std::istreambuf_iterator<char>(file), {});
+    // Element tests have a schema of their own.
+    if (text.empty() || text.find("[element]") != std::string::npos) continue;
+    EXPECT_NO_THROW(Case::load(entry.path().string())) << entry.path();
+    ++count;
+  }
   EXPECT_GE(count, 3);
 }
 
