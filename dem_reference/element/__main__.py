@@ -7,8 +7,9 @@ import argparse
 import sys
 from pathlib import Path
 
+from compare.errors import CaseError
 from dem_reference.element import campaign
-from dem_reference.element.case import Case, CaseError
+from dem_reference.element.case import Case
 
 
 def main() -> int:

@@ -7,6 +7,7 @@ import time
 from importlib import import_module
 from pathlib import Path
 
+from compare.errors import EngineError
 from dem_reference.element import records
 from dem_reference.element.case import ROOT, Case
 
@@ -53,7 +54,7 @@ def run_point(case: Case, point: dict) -> list[dict]:
     with tempfile.TemporaryDirectory(prefix="grainpair_") as folder:
         try:
             results, status = test_module(case).run(case.grains, point, Path(folder)), "measured"
-        except RuntimeError as error:
+        except (EngineError, RuntimeError) as error:
             results, status = {}, f"failed: {error}".replace("\n", " ")
     used = os.times()
     cost = {"status": status, "commit": records.commit(), "machine": records.machine(), "wall_seconds": time.time() - wall,

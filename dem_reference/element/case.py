@@ -3,15 +3,12 @@ import difflib
 import tomllib
 from pathlib import Path
 
+from compare.errors import CaseError
 from dem_reference.element.grains import Grains
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = ROOT / "cases" / "element_schema.toml"
 KINDS = {"float": (float, int), "integer": int, "string": str, "choice": str}
-
-
-class CaseError(ValueError):
-    """Bad input: one line, `where: problem (why) hint`."""
 
 
 class Case:

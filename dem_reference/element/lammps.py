@@ -5,11 +5,9 @@ from pathlib import Path
 
 from scipy.optimize import brentq
 
+from compare.errors import EngineError
+
 TSUJI = (1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218)  # LAMMPS doc, pair_style granular, damping tsuji
-
-
-class EngineError(RuntimeError):
-    """An engine failed; its message is one line, `where: problem (why) hint`."""
 
 
 def restitution_to_enter(restitution: float) -> float:

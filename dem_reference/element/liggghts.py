@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from compare.errors import EngineError
 from dem_reference.element.grains import Grains
-from dem_reference.element.lammps import EngineError
 from dem_reference.element.packing import random_positions
 
 SETUP = """\

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from compare.errors import EngineError
 from dem_reference.element import lammps
 from dem_reference.element.grains import Grains
 from dem_reference.element.packing import box_side, random_positions
@@ -87,7 +88,7 @@ def run(grains: Grains, point: dict, folder: Path) -> dict:
     rows = np.loadtxt(folder / "mean.txt")[:, 1:]
     rows = rows[round(2 * point["strain_discarded"]):]
     if not np.isfinite(rows).all() or len(rows) < 2:
-        raise lammps.EngineError(f"shear: no steady state was averaged ({len(rows)} finite windows) lengthen the strain")
+        raise EngineError(f"shear: no steady state was averaged ({len(rows)} finite windows) lengthen the strain")
     temperature = rows[:, 0] * BOLTZMANN / grains.mass
     xx, yy, zz, xy = rows[:, 1:5].T
     pressure = (xx + yy + zz) / 3
