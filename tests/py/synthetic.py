@@ -35,6 +35,7 @@ margin_run_out = 0.05
 margin_height = 0.05
 margin_time = 0.05
 margin_energy = 0.05
+margin_distance = 0.03
 """
 
 DENSITY = 2500.0  # kg/m3

@@ -1,0 +1,41 @@
+import numpy as np
+from matplotlib import colormaps
+
+from compare.budget import budget
+from compare.charts import INK, LABEL, chart, panels
+
+PALETTES = {"held": "Blues", "dissipated": "Oranges", "numerical": "Greys"}
+
+
+def colours(accounts) -> list:
+    """One hue for what is held, one for what is dissipated, one for numerical losses."""
+    by_kind = {kind: [a for a in accounts if a.kind == kind] for kind in PALETTES}
+    shade = {kind: np.linspace(0.75, 0.25, max(len(members), 1)) for kind, members in by_kind.items()}
+    return [colormaps[PALETTES[a.kind]](shade[a.kind][by_kind[a.kind].index(a)]) for a in accounts]
+
+
+@chart("Energy budget", order=7)
+def energy_budget(comparison, narrow):
+    figure, axes = panels(2, narrow, height=4.4 if narrow else 3.9)
+    top = 0.0
+    for ax, run in zip(axes, comparison.first):
+        accounts = budget(run)
+        positive = [np.maximum(a.values, 0.0) for a in accounts]
+        negative = [np.minimum(a.values, 0.0) for a in accounts]
+        tau = run.energy_tau()
+        shades = colours(accounts)
+        ax.stackplot(tau, positive, colors=shades, linewidth=0.0,
+                     labels=[f"{a.name} {100 * a.values[-1]:.1f} %" for a in accounts])
+        ax.stackplot(tau, negative, colors=shades, linewidth=0.0)
+        top = max(top, np.sum(positive, axis=0).max())
+        ax.set(title=LABEL[run.engine], xlabel=r"$t/\sqrt{H/g}$", xlim=(tau[0], tau[-1]))
+        ax.axhline(0.0, color=INK, linewidth=0.6)
+        handles, labels = ax.get_legend_handles_labels()
+        ax.legend(handles[::-1], labels[::-1], loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2,
+                  title="share of $E_0$ at the end", fontsize=8)
+    for ax in axes:
+        ax.set_ylim(top=1.03 * top)
+        ax.set_ylabel("energy$/E_0$")
+    return figure, ("What the released energy has become: held (blue), dissipated (orange), lost numerically or "
+                    "unexplained (grey). Totals and times compare; the accounts of dissipation are named by each engine "
+                    "in its own terms and do not correspond one to one.")
