@@ -44,6 +44,7 @@ def call(command: list, folder: Path) -> subprocess.CompletedProcess:
 PROGRAMS = {
     "launcher": [sys.executable, "-m", "compare.cli", "run", "case.toml"],
     "validator": [program("mpm_case"), "case.toml"],
+    "continuum": [program("mpm_run"), "case.toml", "-o", "mpm.h5"],
 }
 
 
