@@ -76,7 +76,10 @@ def verdict(metrics: dict) -> str:
     """Five lines that say how far the continuum is from the grains."""
     lines = [f"{'':<34}{'MPM':>12}{'DEM':>12}{'MPM/DEM - 1':>14}"]
     for name, words in VERDICT.items():
-        mpm, dem, unit = (metrics[name][key] for key in ("mpm", "dem", "unit"))
-        difference = f"{100 * (mpm / dem - 1):+.1f} %" if dem else "-"
-        lines.append(f"{f'{words} [{unit}]':<34}{mpm:>12.4g}{dem:>12.4g}{difference:>14}")
+        entry = metrics[name]
+        mpm, dem = ("-" if entry[engine] is None else f"{entry[engine]:.4g}" for engine in ("mpm", "dem"))
+        relative = entry["relative_difference"]
+        difference = "-" if relative is None else f"{100 * relative:+.1f} %"
+        line = f"{words + ' [' + entry['unit'] + ']':<34}{mpm:>12}{dem:>12}{difference:>14}   {entry.get('verdict', '')}"
+        lines.append(line.rstrip())
     return "\n".join(lines)

@@ -72,11 +72,14 @@ def test_cases_are_found_by_name_folder_and_file(tmp_path, monkeypatch):
 
 def test_verdict_is_five_lines_with_both_engines_and_their_difference():
     names = ["run_out", "final_height", "kinetic_energy_peak_time", "dissipated_energy", "cpu_seconds"]
-    metrics = {name: {"mpm": 1.1, "dem": 1.0, "unit": "L0"} for name in names}
+    metrics = {name: {"mpm": 1.1, "dem": 1.0, "relative_difference": 0.1, "unit": "L0"} for name in names}
+    metrics["run_out"]["verdict"] = "within margin"
+    metrics["final_height"]["mpm"] = metrics["final_height"]["relative_difference"] = None  # a result without a number
     header, *lines = verdict(metrics).splitlines()
     assert header.split() == ["MPM", "DEM", "MPM/DEM", "-", "1"]
     assert len(lines) == 5
-    assert lines[0].split() == ["run-out", "[L0]", "1.1", "1", "+10.0", "%"]
+    assert lines[0].split() == ["run-out", "[L0]", "1.1", "1", "+10.0", "%", "within", "margin"]
+    assert lines[1].split()[-3:] == ["-", "1", "-"]
 
 
 @pytest.mark.parametrize("word, start", [("geometry.height", "geometry.height "), ("column_ci", "title = ")])
