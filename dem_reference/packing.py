@@ -1,0 +1,224 @@
+"""The settled column: grains poured onto the base behind the closed gate until the bulk void ratio is the one asked for.
+
+Protocol of one attempt, the same for every case:
+ 1. grains placed at random without overlap, solid fraction 0.26, 4 % more than the column holds;
+ 2. they fall and settle under gravity, soft (dem.packing_young_modulus), with a pouring friction mu_p and a viscous
+    drag that limits their speed, until the mean kinetic energy of a grain is below 1e-4 m g d;
+ 3. grains whose centres lie above H are removed, so that the number kept is what a homogeneous column of height H holds;
+ 4. friction is set to the grains' own, and the Young modulus raised to the run's in stages of at most sqrt(10);
+ 5. the drag is removed and the packing rests, until the mean kinetic energy is below 1e-6 m g d.
+Search: the void ratio of 5 is measured 2.5 d away from base, walls and surface (void_ratio.py) and mu_p moved by the difference
+until it lies within dem.void_ratio_tolerance of initial.void_ratio; at mu_p = 2 friction has nothing left to give and the
+drag is raised instead. The nearest attempt is kept. A seed fixes every random number, so a packing can be made again.
+"""
+
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+from math import sqrt
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from . import scene
+from .contacts import Snapshot
+from .engine import Liggghts
+from .errors import EngineError
+from .grains import Grains, time_step
+from .initial_state import box_stress, fields
+from .process import run_engine
+from .void_ratio import bulk_box, void_ratio
+
+POUR_SURPLUS = 1.04
+SETTLED, AT_REST = 1e-4, 1e-6  # mean kinetic energy of a grain [m g d]
+STAGE = sqrt(10)  # largest factor between two stiffnesses
+REFERENCE_DRAG = 4e-4  # [kg/s] of packing_damping = 1 for the reference grain
+REFERENCE_DIAMETER, REFERENCE_MASS = 2e-3, 2532 * np.pi / 6 * 2e-3**3
+STIFFENING_DRAG = 25.0  # times the reference drag: the overlaps' surplus energy goes within a millisecond
+FRICTION_RANGE = (0.0, 2.0)
+SLOPE, LONGEST_STEP = 0.05, 0.4  # d(void ratio)/d(mu_p), measured on columns of 25 d; limit of one move of mu_p
+PIECE = 500  # steps between looks at the kinetic energy
+
+
+def drag(case: dict, grains: Grains, factor: float) -> float:
+    """Drag coefficient [kg/s] for which a falling grain reaches the same multiple of sqrt(g d) whatever its size."""
+    time_ratio = sqrt(REFERENCE_DIAMETER / grains.diameter * case["geometry"]["gravity"] / 9.81)
+    return factor * REFERENCE_DRAG * grains.mass / REFERENCE_MASS * time_ratio
+
+
+def nominal_count(case: dict, grains: Grains) -> float:
+    """Grains that a column of the asked void ratio holds."""
+    geometry = case["geometry"]
+    column = geometry["height"] * geometry["length"] * geometry["thickness"]
+    return column / (1 + case["initial"]["void_ratio"]) / grains.volume
+
+
+def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path, report) -> None:
+    """One attempt, in this process; leaves packing.restart and packing.h5 in `folder`."""
+    grains, geometry = Grains.of(case), case["geometry"]
+    height, gravity = geometry["height"], geometry["gravity"]
+    soft = min(case["dem"]["packing_young_modulus"], grains.young_modulus)
+    fraction = case["dem"]["time_step_fraction"]
+    count = round(POUR_SURPLUS * nominal_count(case, grains))
+    engine = Liggghts(folder / "log")
+
+    def rest(level: float, longest: float, dt: float, kept: int, text: str, span: tuple[float, float]) -> None:
+        unit = kept * grains.mass * gravity * grains.diameter
+        pieces = int(longest / dt / PIECE) + 1
+        for piece in range(pieces):
+            engine.advance(PIECE)
+            if engine.scalar("kinetic") < level * unit and piece >= 3:
+                return
+            report(span[0] + (span[1] - span[0]) * piece / pieces, text)
+        raise EngineError(f"packing: still moving after {longest:.3g} s of {text} (mean kinetic energy "
+                          f"{engine.scalar('kinetic') / unit:.1e} m g d) raise dem.packing_damping")
+
+    pour, top = scene.pouring(case, grains, count, seed)
+    dt = fraction * Grains.of(case, soft).rayleigh_time()
+    engine.commands(scene.beginning(case, grains, scene.new_box(case, grains, top + grains.diameter), soft))
+    engine.commands(scene.material(case, grains, soft, friction))
+    engine.commands(scene.glued_atoms(case, grains, seed))
+    engine.commands(scene.bodies(case, grains) + "\n" + scene.gate(case) + "\n" + pour)
+    engine.commands(f"thermo {PIECE}\ntimestep {dt:.17g}\nrun 1\nunfix pouring")
+    poured = int((engine.atoms()["type"] == scene.TYPES["grain"]).sum())
+    if poured < count:
+        raise EngineError(f"packing: {poured} grains inserted of {count} asked (column too narrow for random insertion)")
+    fall = sqrt(2 * top / gravity)
+    terminal = grains.mass * gravity / max(drag(case, grains, damping), 1e-300)
+    longest = 4 * (fall + top / terminal)
+    engine.commands(f"fix drag mobile viscous {drag(case, grains, damping):.17g}\nrun 0")
+    rest(SETTLED, longest, dt, poured, "settling", (0.0, 0.8))
+
+    engine.commands(f"region surplus block INF INF {height:.17g} INF INF INF units box\ndelete_atoms region surplus compress no")
+    kept = int((engine.atoms()["type"] == scene.TYPES["grain"]).sum())
+    modulus = soft
+    while modulus < grains.young_modulus:
+        modulus = min(modulus * STAGE, grains.young_modulus)
+        dt = fraction * Grains.of(case, modulus).rayleigh_time()
+        engine.commands(scene.material(case, grains, modulus, grains.friction))
+        engine.commands(f"fix drag mobile viscous {drag(case, grains, STIFFENING_DRAG):.17g}\ntimestep {dt:.17g}\nrun 0")
+        report(0.85, "stiffening")
+        engine.advance(4000)
+    engine.commands(scene.material(case, grains, modulus, grains.friction))
+    engine.commands(f"fix drag mobile viscous {drag(case, grains, 1.0):.17g}\nrun 0")
+    rest(SETTLED, longest, dt, kept, "resting", (0.9, 0.95))
+    engine.commands("unfix drag\nrun 0")
+    rest(AT_REST, longest, dt, kept, "resting", (0.95, 1.0))
+    if engine.count() != kept + int((engine.atoms()["type"] == scene.TYPES["glued"]).sum()):
+        raise EngineError("packing: LIGGGHTS lost grains")
+
+    atoms = engine.atoms()
+    shot = Snapshot(grains, atoms, engine.contacts(atoms["id"].max()), dt, gravity,
+                    geometry["thickness"] if case["walls"]["front_back"] == "periodic" else None,
+                    scene.planes(case, grains) + [scene.gate_plane(case)])
+    engine.command(f"write_restart {folder / 'packing.restart'}")
+    with h5py.File(folder / "packing.h5", "w") as file:
+        describe(file, case, shot)
+        file.attrs.update(seed=seed, packing_friction=friction, packing_damping=damping, protocol=__doc__.strip())
+
+
+def describe(file: h5py.File, case: dict, shot: Snapshot) -> None:
+    """What a packing is: void ratio and its profiles, stress ratio, coordination, grains."""
+    grains, geometry = shot.grains, case["geometry"]
+    length, height, width = geometry["length"], geometry["height"], geometry["thickness"]
+    x = shot.atoms["x"][shot.mobile]
+    lower, upper = bulk_box(length, height, grains.diameter)
+    stress = box_stress(shot, lower, upper, width)
+    touching = shot.mobile[shot.i].astype(int) + shot.mobile[shot.j]
+    file.attrs.update(
+        void_ratio=void_ratio(x, grains.radius, lower, upper, width),
+        void_ratio_asked=case["initial"]["void_ratio"],
+        void_ratio_overall=length * height * width / (len(x) * grains.volume) - 1,
+        bulk_box=np.concatenate([lower, upper]),
+        lateral_stress_ratio=stress[0, 0] / stress[1, 1],
+        lateral_stress_ratio_z=stress[2, 2] / stress[1, 1],
+        coordination=touching.sum() / len(x),
+        grains=len(x),
+        glued_grains=int((~shot.mobile).sum()),
+        mass=len(x) * grains.mass,
+        largest_overlap=shot.overlap.max() / grains.diameter,
+    )
+    state = fields(shot, length, height, width)
+    units = {"x": "m", "y": "m", "mass": "kg", "void_ratio": "-"}
+    for name, values in state.items():
+        file[f"profile_{name}"] = values
+        file[f"profile_{name}"].attrs["unit"] = units.get(name, "Pa")
+    y = state["y"]
+    file["profile_void_ratio_y"] = [void_ratio(x, grains.radius, (lower[0], a), (upper[0], b), width)
+                                    for a, b in zip(y[:-1], y[1:])]
+    file["profile_void_ratio_y"].attrs.update(unit="-", doc="void ratio of layers between the faces profile_y, 2.5 d away from the walls")
+
+
+def fingerprint(case: dict, seed: int) -> str:
+    """Name of a packing: hash of all that decides it, the protocol's source included."""
+    keys = {name: dict(case[name]) for name in ("geometry", "grains", "walls")}
+    keys["walls"] = {k: v for k, v in keys["walls"].items() if k not in ("gate", "gate_speed")}
+    keys["void_ratio"] = case["initial"]["void_ratio"]
+    dem = case["dem"]
+    keys["dem"] = {k: dem[k] for k in dem if k not in ("audit_interval", "lifetime_threshold")}
+    sources = [Path(__file__).with_name(n).read_bytes() for n in ("packing.py", "scene.py", "grains.py", "initial_state.py", "void_ratio.py")]
+    sources += [path.read_bytes() for path in sorted(scene.SCRIPTS.glob("*.in"))]
+    text = json.dumps([keys, seed], sort_keys=True).encode()
+    return hashlib.sha256(b"".join([text, *sources])).hexdigest()[:16]
+
+
+def next_try(friction: float, damping: float, found: float, asked: float) -> tuple[float, float]:
+    """Friction and damping of the next attempt, from those of the last one and the void ratio it reached."""
+    if found < asked and friction == FRICTION_RANGE[1]:
+        return friction, max(1.5 * damping, 0.1)
+    step = np.clip((asked - found) / SLOPE, -LONGEST_STEP, LONGEST_STEP)
+    return float(np.clip(friction + step, *FRICTION_RANGE)), damping
+
+
+def obtain(case: dict, seed: int, store: Path, report) -> Path:
+    """Folder of the case's packing (packing.restart, packing.h5) in `store`, made unless it is there already."""
+    time_step(Grains.of(case), case["dem"]["time_step_fraction"], case["geometry"]["height"], case["geometry"]["gravity"])
+    target = store / fingerprint(case, seed)
+    if target.is_dir():
+        report(1.0, "packing found")
+        return target
+    store.mkdir(parents=True, exist_ok=True)
+    asked, dem = case["initial"]["void_ratio"], case["dem"]
+    work = Path(tempfile.mkdtemp(prefix=".packing-", dir=store))
+    try:
+        tried, best, cpu = [], None, 0.0
+        friction, damping = dem["packing_friction"], dem["packing_damping"]
+        for attempt in range(dem["packing_attempts"]):
+            folder = work / str(attempt)
+            folder.mkdir()
+            share = lambda done, text, k=attempt: report((k + done) / (k + 1), f"packing {k + 1}: {text}")
+            cpu += run_engine(prepare, (dict_of(case), seed, friction, damping, folder), folder / "log", share)
+            with h5py.File(folder / "packing.h5") as file:
+                found = float(file.attrs["void_ratio"])
+            tried.append((friction, damping, found))
+            if best is None or abs(found - asked) < abs(tried[best][2] - asked):
+                best = attempt
+            if abs(found - asked) <= dem["void_ratio_tolerance"]:
+                break
+            friction, damping = next_try(friction, damping, found, asked)
+        kept = work / str(best)
+        with h5py.File(kept / "packing.h5", "a") as file:
+            file["attempts"] = np.array(tried)
+            file["attempts"].attrs.update(unit="-", doc="pouring friction, damping, void ratio of each attempt")
+            file.attrs.update(cpu_seconds=cpu, engine_version=engine_version(kept / "log"))
+        try:
+            os.rename(kept, target)
+        except OSError:  # another run made the same packing meanwhile
+            if not target.is_dir():
+                raise
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    return target
+
+
+def dict_of(case) -> dict:
+    """The plain tables of a case, which travel to another process."""
+    return {name: dict(case[name]) for name in ("geometry", "grains", "initial", "walls", "dem", "time", "output")}
+
+
+def engine_version(log: Path) -> str:
+    """First line of an engine log, such as LIGGGHTS (Version LIGGGHTS-PUBLIC 3.8.0, ...)."""
+    return log.read_text(errors="replace").splitlines()[0].strip()

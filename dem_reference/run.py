@@ -1,0 +1,94 @@
+"""The grains' side of a paired run: CASE -> dem.h5.
+
+    python3 -m dem_reference.run CASE -o dem.h5 [--set key=value]... [--seed N] [--quiet] [--progress]
+"""
+
+import argparse
+import os
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import h5py
+
+from compare.case import Case, CaseError, load
+
+from . import packing
+from .collapse import Plan, collapse
+from .errors import EngineError, InputError
+from .process import run_engine
+
+PACKING_SHARE = 0.35  # of a run's work, roughly
+STORE = Path(__file__).resolve().parents[1] / "runs" / "packings"
+
+
+class Progress:
+    """`progress <fraction> <text>` lines, never falling, at most ten a second; or nothing."""
+
+    def __init__(self, wanted: bool):
+        self._wanted, self._last, self._done = wanted, 0.0, 0.0
+
+    def part(self, start: float, end: float):
+        """A reporter for a share of the whole work."""
+        return lambda done, text: self._say(start + (end - start) * min(done, 1.0), text)
+
+    def _say(self, done: float, text: str) -> None:
+        self._done = max(self._done, done)
+        if self._wanted and (time.monotonic() - self._last > 0.1 or done >= 1):
+            self._last = time.monotonic()
+            print(f"progress {self._done:.4f} {text}", flush=True)
+
+
+def run(case: Case, output: Path, seed: int, store: Path, progress: Progress, command: str) -> None:
+    """Packing, collapse and result file; the file appears complete or not at all."""
+    tables = packing.dict_of(case)
+    refuse(tables)
+    Plan.of(tables)
+    settled = packing.obtain(tables, seed, store, progress.part(0.0, PACKING_SHARE))
+    work = Path(tempfile.mkdtemp(prefix=f".{output.name}-", dir=output.parent))
+    try:
+        with h5py.File(settled / "packing.h5") as made:
+            version = made.attrs["engine_version"]
+        attributes = {"seed": seed, "case": case.text, "case_resolved": case.resolved, "command": command, "threads": 1,
+                      "engine_version": version}
+        log, target = work / "log", work / output.name
+        run_engine(collapse, (tables, settled, log, target, attributes), log, progress.part(PACKING_SHARE, 0.99))
+        os.replace(target, output)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    progress.part(0, 1)(1.0, "done")
+
+
+def refuse(case: dict) -> None:
+    """What the grains cannot do."""
+    if case["geometry"]["dimension"] == "axisymmetric":
+        raise InputError("geometry.dimension: the grains have no axisymmetric column (plane_strain and three_dimensional only)")
+
+
+def main(words: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="dem_reference.run", description=__doc__.split("\n")[0])
+    parser.add_argument("case", metavar="CASE", help="case file, or a folder that holds case.toml")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="result file (HDF5)")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override a key of the case")
+    parser.add_argument("--seed", type=int, default=1, help="of base, packing and all random numbers (default 1)")
+    parser.add_argument("--packings", type=Path, default=STORE, help="folder that keeps settled packings for reuse")
+    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    parser.add_argument("--progress", action="store_true", help="print `progress <fraction> <text>` lines")
+    options = parser.parse_args(words)
+    command = " ".join(["python3 -m dem_reference.run", *(sys.argv[1:] if words is None else words)])
+    try:
+        options.output.parent.mkdir(parents=True, exist_ok=True)
+        run(load(options.case, options.set), options.output, options.seed, options.packings, Progress(options.progress), command)
+    except (CaseError, InputError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    except EngineError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,195 @@
+"""A resolved case as LIGGGHTS commands. The templates in scripts/ are the physics; this file fills their numbers in."""
+
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from string import Template
+
+import numpy as np
+
+from .grains import PLAIN_YOUNG_MODULUS, Grains
+
+SCRIPTS = Path(__file__).parent / "scripts"
+TYPES = {"grain": 1, "smooth": 2, "glued": 3, "base": 4, "left": 5}
+BASE_SPACING = 0.95  # rows of the glued base along x, in diameters: no hole lets a grain through
+BASE_JITTER = 0.1  # random displacement of a glued grain, in diameters
+BASE_DEPTH = (0.5, 0.75)  # depth of its centre below y = 0, in diameters
+SAFETY_FLOOR = 2.0  # depth of the smooth plane below the glued base, in diameters
+CELL_SKIN = 0.2  # neighbour-list skin, in diameters
+# Solid fraction at which random insertion still finds room quickly (it saturates near 0.33).
+POURING_SOLID_FRACTION = 0.26
+
+
+def render(template: str, **numbers) -> str:
+    return Template((SCRIPTS / f"{template}.in").read_text()).substitute(numbers)
+
+
+def prime_seeds(seed: int, count: int) -> list[int]:
+    """Different primes above 10000, as LIGGGHTS demands of its seeds, drawn from the run's one seed."""
+    candidates = np.random.default_rng(seed).permutation(np.arange(10001, 60001, 2))
+    primes = (int(n) for n in candidates if all(n % k for k in range(3, int(n**0.5) + 1, 2)))
+    return [next(primes) for _ in range(count)]
+
+
+def glued_base(case: dict, grains: Grains, seed: int) -> np.ndarray:
+    """Centres of the glued grains (n, 3): a jittered lattice whose tops lie between 0 and d/4 below y = 0.
+
+    Every other row along x is shifted by half a spacing across: rows in line leave grooves in which grains roll away.
+    """
+    if case["walls"]["base"] != "glued":
+        return np.empty((0, 3))
+    d, geometry = grains.diameter, case["geometry"]
+    length, width = geometry["floor_length"], geometry["thickness"]
+    across = max(1, round(width / d))
+    periodic = case["walls"]["front_back"] == "periodic"
+    z = (np.arange(across) + 0.5) * width / across
+    x = np.arange(0.0, length, BASE_SPACING * d)
+    shift = np.arange(x.size) % 2 * width / across / 2 * periodic
+    x, z = np.repeat(x, across), (z + shift[:, None]).ravel()
+    random = np.random.default_rng(seed)
+    x = x + random.uniform(-BASE_JITTER, BASE_JITTER, x.size) * d
+    z = z + random.uniform(-BASE_JITTER, BASE_JITTER, x.size) * d
+    z = z % width if periodic else np.clip(z, d / 2, width - d / 2)
+    return np.column_stack([x, -random.uniform(*BASE_DEPTH, x.size) * d, z])
+
+
+def floor_height(case: dict, grains: Grains) -> float:
+    """y of the plane below everything [m]: the base itself when it is a Coulomb plane."""
+    return -SAFETY_FLOOR * grains.diameter if case["walls"]["base"] == "glued" else 0.0
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A fixed plane wall: what the contact records call it, where it is and which side the grains are on."""
+
+    code: int  # -1 left, -2 gate, -3 floor, -4 front, -5 back
+    axis: int
+    position: float  # [m]
+    side: int
+    friction: float = 0.0
+    lowest: float = -inf  # y of its lower edge [m], for a gate that is being lifted
+
+
+def planes(case: dict, grains: Grains) -> list[Plane]:
+    """The walls that stay, so without the gate."""
+    walls = case["walls"]
+    out = [Plane(-1, 0, 0.0, 1, walls["left_friction"]), Plane(-3, 1, floor_height(case, grains), 1, walls["base_friction"])]
+    if walls["front_back"] == "smooth":
+        out += [Plane(-4, 2, 0.0, 1), Plane(-5, 2, case["geometry"]["thickness"], -1)]
+    return out
+
+
+def pair_table(diagonal: float, **pairs: float) -> str:
+    """A symmetric 5 x 5 LIGGGHTS property table; pairs named `grain_left=...` override the common value."""
+    table = np.full((5, 5), diagonal)
+    for name, value in pairs.items():
+        i, j = (TYPES[part] - 1 for part in name.split("_"))
+        table[i, j] = table[j, i] = value
+    return " ".join(f"{value:.17g}" for value in table.ravel())
+
+
+def material(case: dict, grains: Grains, young_modulus: float, friction: float) -> str:
+    """Property commands with the given stiffness [Pa] and grain-grain friction."""
+    walls = case["walls"]
+    return render(
+        "material",
+        young=" ".join([f"{young_modulus:.17g}"] * 5),
+        poisson=" ".join([f"{grains.poisson_ratio:.17g}"] * 5),
+        restitution=pair_table(grains.restitution),
+        friction=pair_table(0.0, grain_grain=friction, grain_glued=friction, grain_base=walls["base_friction"],
+                            grain_left=walls["left_friction"]),
+    )
+
+
+def hardness(*young_moduli: float) -> str:
+    """The command that lifts LIGGGHTS' bounds on the Young modulus, where one lies outside."""
+    lower, upper = PLAIN_YOUNG_MODULUS
+    return "\n".join(["soft_particles yes"] * any(e < lower for e in young_moduli)
+                     + ["hard_particles yes"] * any(e > upper for e in young_moduli))
+
+
+def beginning(case: dict, grains: Grains, start: str, *young_moduli: float) -> str:
+    """Units, box (from `start`: a create_box or a read_restart) and contact law."""
+    periodic = case["walls"]["front_back"] == "periodic"
+    return render("scene", front_back="p" if periodic else "m", hardness=hardness(*young_moduli), start=start,
+                  skin=CELL_SKIN * grains.diameter)
+
+
+def new_box(case: dict, grains: Grains, top: float) -> str:
+    """Box of the whole scene up to `top` [m]; its faces grow with the grains except the periodic ones."""
+    d, geometry = grains.diameter, case["geometry"]
+    edge = 0.0 if case["walls"]["front_back"] == "periodic" else d
+    return (f"region domain block {-d} {geometry['floor_length'] + d} {-(SAFETY_FLOOR + 1) * d} {top} "
+            f"{-edge} {geometry['thickness'] + edge} units box\ncreate_box 5 domain")
+
+
+def glued_atoms(case: dict, grains: Grains, seed: int) -> str:
+    """Commands that create the base and name the two groups; new grains of the insertion join `mobile`."""
+    lines = ["group mobile type 1"]
+    lines += [f"create_atoms 3 single {x:.17g} {y:.17g} {z:.17g} units box" for x, y, z in glued_base(case, grains, seed)]
+    lines += [f"set type 3 density {grains.density} diameter {grains.diameter}", "group base type 3"]
+    return "\n".join(lines)
+
+
+def bodies(case: dict, grains: Grains) -> str:
+    """Gravity, walls, integration and the computes."""
+    walls = case["walls"]
+    wall = "fix {0} mobile wall/gran model hertz tangential history primitive type 2 zplane {1}"
+    both = [wall.format("front", 0.0), wall.format("back", case["geometry"]["thickness"])]
+    return render(
+        "bodies",
+        gravity=case["geometry"]["gravity"],
+        floor=floor_height(case, grains),
+        floor_type=TYPES["smooth" if walls["base"] == "glued" else "base"],
+        left_type=TYPES["smooth" if walls["left"] == "smooth" else "left"],
+        front_and_back="\n".join(both if walls["front_back"] == "smooth" else []),
+    )
+
+
+def gate(case: dict) -> str:
+    """The closed gate: a smooth plane at x = L0."""
+    return ("fix gate mobile wall/gran model hertz tangential history primitive type 2 "
+            f"xplane {case['geometry']['length']:.17g}")
+
+
+def pouring(case: dict, grains: Grains, count: int, seed: int) -> tuple[str, float]:
+    """Commands that place `count` grains at random above the base, and the height they reach [m]."""
+    r, geometry = grains.radius, case["geometry"]
+    inset = 0.0 if case["walls"]["front_back"] == "periodic" else r
+    length, width = geometry["length"] - 2 * r, geometry["thickness"] - 2 * inset
+    top = grains.diameter + count * grains.volume / (POURING_SOLID_FRACTION * length * width)
+    seeds = prime_seeds(seed, 3)
+    text = render("pour", inset=r, pour_right=geometry["length"] - r, pour_bottom=r, pour_top=top, pour_front=inset,
+                  pour_back=geometry["thickness"] - inset, template_seed=seeds[0], mixture_seed=seeds[1],
+                  pouring_seed=seeds[2], density=grains.density, radius=r, grains=count)
+    return text, top
+
+
+
+
+def gate_plane(case: dict, time: float = 0.0) -> Plane:
+    """The gate as the contact records see it, `time` [s] after it began to rise."""
+    return Plane(-2, 0, case["geometry"]["length"], -1, lowest=case["walls"]["gate_speed"] * time)
+
+
+def lifted_gate(case: dict, grains: Grains, stl: Path) -> str:
+    """Commands for a smooth gate that rises at walls.gate_speed; writes its triangles to `stl`.
+
+    A mesh must span the periodic thickness exactly, or contacts count twice at the seam, and its triangles must be well
+    shaped: so the strip from y = 0 to two diameters above the column is cut into near-squares of two triangles each.
+    """
+    geometry = case["geometry"]
+    x, top, width = geometry["length"], geometry["height"] + 2 * grains.diameter, geometry["thickness"]
+    y = np.linspace(0, top, max(1, round(top / width)) + 1)
+    facets = [((a, 0), (b, 0), (b, width)) for a, b in zip(y, y[1:])] + [((a, 0), (b, width), (a, width)) for a, b in zip(y, y[1:])]
+    lines = ["solid gate"]
+    for facet in facets:
+        vertices = "\n".join(f"vertex {x:.17g} {a:.17g} {b:.17g}" for a, b in facet)
+        lines.append(f"facet normal 1 0 0\nouter loop\n{vertices}\nendloop\nendfacet")
+    stl.write_text("\n".join([*lines, "endsolid gate", ""]))
+    return (f"fix plate all mesh/surface file {stl} type {TYPES['smooth']}\n"
+            "fix gate mobile wall/gran model hertz tangential history mesh n_meshes 1 meshes plate\n"
+            f"fix rise all move/mesh mesh plate linear 0 {case['walls']['gate_speed']:.17g} 0")
+
+
+REMOVE_LIFTED_GATE = "unfix rise\nunfix gate\nunfix plate"
