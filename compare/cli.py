@@ -19,7 +19,7 @@ COMMANDS = Path(__file__).parent / "commands"
 def parser_for(words: list[str]) -> argparse.ArgumentParser:
     """The parser of the whole program; imports the module of the command that `words` start with, no other."""
     parser = argparse.ArgumentParser(prog="grainpair", description=__doc__.splitlines()[0],
-                                     formatter_class=lambda prog: argparse.HelpFormatter(prog, max_help_position=16))
+                                     formatter_class=lambda prog: argparse.HelpFormatter(prog, indent_increment=1))
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for file in sorted(COMMANDS.glob("[a-z]*.py")):
         doc = ast.get_docstring(ast.parse(file.read_text())) or ""

@@ -22,7 +22,7 @@ def launch(*words, **options) -> subprocess.CompletedProcess:
 def test_help_lists_every_command():
     listed = launch("--help").stdout
     for file in (ROOT / "compare" / "commands").glob("[a-z]*.py"):
-        assert f"\n    {file.stem} " in listed
+        assert f"\n  {file.stem} " in listed
 
 
 def test_unknown_command_is_bad_input():
