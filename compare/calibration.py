@@ -20,6 +20,7 @@ from dem_reference.element.grains import Grains
 
 TESTS = ("shear", "cooling", "triaxial", "isotropic")
 MODEL_ERROR = 0.05  # relative; on void ratio MODEL_ERROR x 0.1
+DILUTE = 0.4  # solid fraction up to which g0 is Carnahan and Starling's, with friction or without
 STEADY = 0.75  # fraction of the axial strain after which a triaxial test is taken as critical
 # What is fitted, and the interval it may take: (name, lower, upper, fitted through its logarithm).
 PARAMETERS = (("critical_void_ratio", 0.60, 0.85, False), ("critical_state_slope", 1e-3, 50.0, True),
@@ -67,6 +68,8 @@ def evidence(cases: Path, choose=lambda rows: rows) -> tuple[list[Block], Grains
         if grains not in (None, case.grains):
             raise CaseError(f"{case.path}: its grains differ from the other tests' (a card belongs to one kind of grain)")
         grains = case.grains
+        if test == "cooling":  # denser, the law's contact value is that of sheared grains, which a cooling gas does not have
+            rows = [row for row in rows if row["solid_fraction"] <= DILUTE]
         blocks += globals()[f"{test}_blocks"](rows, choose)
     return blocks, grains
 

@@ -48,8 +48,8 @@ def cool(grains: Grains, point: dict, folder: Path) -> list[dict]:
     velocity = np.random.default_rng(point["seed"]).standard_normal((point["grains"], 3))
     velocity -= velocity.mean(axis=0)
     velocity *= np.sqrt(3 * t0 / np.mean(np.sum(velocity**2, axis=1)))
-    box.array("v")[:] = velocity
-    box.array("omega")[:] = 0.0
+    box.array("v", point["grains"])[:] = velocity
+    box.array("omega", point["grains"])[:] = 0.0
     box.command("run 0 post no")
 
     duration = point["cooling_times"] / haff_rate(point["solid_fraction"], grains.restitution, t0, grains.diameter)
@@ -59,7 +59,7 @@ def cool(grains: Grains, point: dict, folder: Path) -> list[dict]:
         if sample:
             box.run(steps)
         rows.append({"time": sample * steps * box.time_step,
-                     "temperature": float(np.mean(np.sum(box.array("v") ** 2, axis=1)) / 3),
+                     "temperature": float(np.mean(np.sum(box.array("v", point["grains"]) ** 2, axis=1)) / 3),
                      "rotational_temperature": float(
-                         0.1 * grains.diameter**2 * np.mean(np.sum(box.array("omega") ** 2, axis=1)) / 3)})
+                         0.1 * grains.diameter**2 * np.mean(np.sum(box.array("omega", point["grains"]) ** 2, axis=1)) / 3)})
     return rows

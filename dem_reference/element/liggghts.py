@@ -45,30 +45,75 @@ thermo 1000000000
 """
 
 
-class Box:
-    """Grains in a periodic box. Lengths in m, stresses in Pa (compression positive), rates in 1/s.
+class Engine:
+    """A LIGGGHTS instance. It ends the whole process on an error, so it belongs in a child process: see `in_child`."""
 
-    LIGGGHTS ends the whole process on an error, so a Box belongs in a child process: see `in_child`.
-    """
-
-    def __init__(self, grains: Grains, count: int, side: float, seed: int, friction: float, time_step: float,
-                 log: Path, tangential: bool = True):
+    def __init__(self, log: Path):
         C.CDLL("libmpi.so.40", mode=C.RTLD_GLOBAL)
         self._library = C.CDLL("libliggghts.so.3", mode=C.RTLD_GLOBAL)
         self._library.lammps_extract_atom.restype = C.c_void_p
-        self._library.lammps_extract_compute.restype = C.POINTER(C.c_double)
+        self._library.lammps_extract_compute.restype = C.c_void_p
         self._library.lammps_extract_global.restype = C.POINTER(C.c_double)
         words = ["liggghts", "-log", str(log), "-screen", "/dev/null"]
         self._handle = C.c_void_p()
         self._library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*(w.encode() for w in words)),
                                          C.byref(self._handle))
+
+    def command(self, line: str) -> None:
+        self._library.lammps_command(self._handle, line.encode())
+
+    def commands(self, lines: str) -> None:
+        for line in lines.splitlines():
+            self.command(line)
+
+    def create(self, centres: np.ndarray, kind: int = 1) -> None:
+        """Puts grains of type `kind` at `centres`, shape (count, 3) [m]."""
+        for x, y, z in centres:
+            self.command(f"create_atoms {kind} single {x:.17g} {y:.17g} {z:.17g} units box")
+
+    def run(self, steps: int) -> None:
+        """Goes on by `steps` from where the last run ended, without setting up anew."""
+        self.command(f"run {steps} pre no post no")
+
+    def array(self, name: str, count: int) -> np.ndarray:
+        """A view of the engine's per-atom vectors x, v, f or omega, shape (count, 3); valid until the next run."""
+        return _rows(self._library.lammps_extract_atom(self._handle, name.encode()), count, 3)
+
+    def kinds(self, count: int) -> np.ndarray:
+        """Type of every grain, in the order of `array`."""
+        return np.ctypeslib.as_array(C.cast(self._library.lammps_extract_atom(self._handle, b"type"),
+                                            C.POINTER(C.c_int)), shape=(count,))
+
+    def compute(self, name: str) -> float:
+        """The value of a global scalar compute at this instant."""
+        return C.cast(self._library.lammps_extract_compute(self._handle, name.encode(), 0, 0), C.POINTER(C.c_double))[0]
+
+    def compute_array(self, name: str, count: int, columns: int) -> np.ndarray:
+        """A view of a per-atom compute's array, shape (count, columns), at this instant."""
+        return _rows(self._library.lammps_extract_compute(self._handle, name.encode(), 1, 2), count, columns)
+
+    def extent(self, name: str) -> float:
+        """A coordinate of the simulation box such as boxxhi [m]."""
+        return self._library.lammps_extract_global(self._handle, name.encode())[0]
+
+
+def _rows(address: int, count: int, columns: int) -> np.ndarray:
+    """The engine's double** as a numpy array over the same memory."""
+    return np.ctypeslib.as_array(C.cast(address, C.POINTER(C.POINTER(C.c_double)))[0], shape=(count, columns))
+
+
+class Box(Engine):
+    """Grains in a periodic box whose sides may move. Lengths in m, stresses in Pa (compression positive), rates in 1/s."""
+
+    def __init__(self, grains: Grains, count: int, side: float, seed: int, friction: float, time_step: float,
+                 log: Path, tangential: bool = True):
+        super().__init__(log)
         self.grains, self.count, self.time_step = grains, count, time_step
         centres, d0 = random_positions(count, side, seed)
         self.commands(SETUP.format(
             side=side, d=grains.diameter, E=grains.young_modulus, nu=grains.poisson_ratio, e=grains.restitution,
             mu=friction, tangential="tangential history" if tangential else "", dt=time_step))
-        for x, y, z in centres:
-            self.command(f"create_atoms 1 single {x:.17g} {y:.17g} {z:.17g} units box")
+        self.create(centres)
         self.command(f"set group all density {grains.density} diameter {d0:.17g}")
         self.commands(STATE)
         self._grow(d0)
@@ -79,17 +124,6 @@ class Box:
         self.commands(f"variable d equal ramp({d0:.17g},{d})\nfix grow all adapt 20 atom diameter v_d\n"
                       f"run {steps} post no\nunfix grow\nset group all diameter {d} density {self.grains.density}\n"
                       f"neighbor {0.2 * d} bin\nrun 0 post no")
-
-    def command(self, line: str) -> None:
-        self._library.lammps_command(self._handle, line.encode())
-
-    def commands(self, lines: str) -> None:
-        for line in lines.splitlines():
-            self.command(line)
-
-    def run(self, steps: int) -> None:
-        """Goes on by `steps` from where the last run ended, without setting up anew."""
-        self.command(f"run {steps} pre no post no")
 
     def deform(self, rates: np.ndarray, steps: int) -> None:
         """Goes on by `steps` while the box's sides shrink at `rates`, shape (3,) [1/s]; the grains follow affinely."""
@@ -104,8 +138,7 @@ class Box:
     @property
     def sides(self) -> np.ndarray:
         """Lengths of the box's sides, shape (3,) [m]."""
-        return np.array([self._library.lammps_extract_global(self._handle, f"box{a}hi".encode())[0]
-                         - self._library.lammps_extract_global(self._handle, f"box{a}lo".encode())[0] for a in "xyz"])
+        return np.array([self.extent(f"box{axis}hi") - self.extent(f"box{axis}lo") for axis in "xyz"])
 
     @property
     def void_ratio(self) -> float:
@@ -116,18 +149,6 @@ class Box:
     def stress(self) -> np.ndarray:
         """Principal stresses along the axes, shape (3,) [Pa]."""
         return -np.array([self.compute(name) for name in ("sxx", "syy", "szz")]) / self.sides.prod()
-
-    def array(self, name: str) -> np.ndarray:
-        """A view of the engine's per-atom array x, v, f or omega, shape (count, 3); valid until the next run."""
-        rows = C.cast(self._library.lammps_extract_atom(self._handle, name.encode()), C.POINTER(C.POINTER(C.c_double)))
-        return np.ctypeslib.as_array(rows[0], shape=(self.count, 3))
-
-    def compute(self, name: str) -> float:
-        """The value of a global scalar compute at this instant."""
-        return self._library.lammps_extract_compute(self._handle, name.encode(), 0, 0)[0]
-
-    def close(self) -> None:
-        self._library.lammps_close(self._handle)
 
 
 def in_child(function, *arguments, log: Path):

@@ -11,20 +11,21 @@ def box_side(grains: Grains, count: int, solid_fraction: float) -> float:
     return (count * grains.volume / solid_fraction) ** (1 / 3)
 
 
-def random_positions(count: int, side: float, seed: int) -> tuple[np.ndarray, float]:
-    """Random sequential addition in a periodic cube.
+def random_positions(count: int, sides, seed: int) -> tuple[np.ndarray, float]:
+    """Random sequential addition in a periodic box of `sides` (one length or three) [m].
 
     Returns the centres, shape (count, 3) [m], and the diameter [m] that makes the solid fraction START: the
     grains are then grown to their own size by the engine.
     """
+    sides = np.broadcast_to(sides, 3)
     random = np.random.default_rng(seed)
-    diameter = (6 * START / (np.pi * count)) ** (1 / 3) * side
+    diameter = (6 * START * sides.prod() / (np.pi * count)) ** (1 / 3)
     centres = np.empty((count, 3))
     placed = 0
     for _ in range(2000 * count):
-        trial = random.random(3) * side
+        trial = random.random(3) * sides
         apart = centres[:placed] - trial
-        apart -= side * np.round(apart / side)
+        apart -= sides * np.round(apart / sides)
         if np.all(np.einsum("ij,ij->i", apart, apart) > diameter**2):
             centres[placed] = trial
             placed += 1

@@ -1,0 +1,122 @@
+"""Simple shear between bumpy walls, in LIGGGHTS: the cross-check of the homogeneous shear in LAMMPS.
+
+Two layers of glued grains move apart along x; x and z are periodic. Walls heat or cool the flow, so the core is compared through
+what is local, p/(rho_s T) and s/p at the core's own solid fraction, not through T/(gdot d)^2.
+"""
+from pathlib import Path
+
+import numpy as np
+
+from dem_reference.element import liggghts
+from dem_reference.element.grains import Grains
+from dem_reference.element.packing import random_positions
+
+KEYS = ("solid_fraction", "shear_rate")
+CORE = 0.5  # middle part of the gap that is averaged
+WIDTH, DEPTH, SPACING = 8, 6, 1.1  # glued grains of a wall along x and along z; their spacing over d
+SETUP = """\
+atom_style granular
+atom_modify map array
+boundary p f p
+newton off
+communicate single vel yes
+units si
+processors * 1 1
+region box block 0 {lx} {low} {high} 0 {lz} units box
+create_box 2 box
+neighbor {d} bin
+neigh_modify delay 0
+fix m1 all property/global youngsModulus peratomtype {E} {E}
+fix m2 all property/global poissonsRatio peratomtype {nu} {nu}
+fix m3 all property/global coefficientRestitution peratomtypepair 2 {e} {e} {e} {e}
+fix m4 all property/global coefficientFriction peratomtypepair 2 {mu} {mu} {mu} {mu}
+pair_style gran model hertz tangential history
+pair_coeff * *
+timestep {dt}
+"""
+SHEAR = """\
+set group all density {rho}
+set group walls diameter {d}
+set group flow diameter {d0}
+neigh_modify exclude group walls walls
+fix move flow nve/sphere
+compute st all stress/atom
+compute top all reduce sum c_st[2]
+thermo_style custom step atoms c_top
+thermo_modify lost error norm no flush yes
+thermo 1000000000
+variable d equal ramp({d0},{d})
+fix grow flow adapt 20 atom diameter v_d
+run 20000 post no
+unfix grow
+set group flow diameter {d} density {rho}
+neighbor {skin} bin
+velocity lower set -{v} 0 0 units box
+velocity upper set {v} 0 0 units box
+fix lower lower move linear -{v} 0 0 units box
+fix upper upper move linear {v} 0 0 units box
+velocity flow ramp vx -{v} {v} y 0 {gap} units box
+"""
+
+
+def points(case) -> list[tuple[dict, int]]:
+    """Every (point, seed)."""
+    strain = {"strain": case["bumpy_shear.strain"], "strain_discarded": case["bumpy_shear.strain_discarded"]}
+    return [({"solid_fraction": fraction, "shear_rate": rate} | strain, seed) for seed in case["element.seeds"]
+            for rate in case["bumpy_shear.rates"] for fraction in case["bumpy_shear.solid_fractions"]]
+
+
+def run(grains: Grains, point: dict, folder: Path) -> dict:
+    """Shears grains between two walls whose mean shear rate is point's; returns means over the core.
+
+    core_solid_fraction [-], core_shear_rate [1/s], granular_temperature [m2/s2] about the core's linear velocity profile,
+    pressure and shear_stress [Pa].
+    """
+    return liggghts.in_child(shear, grains, point, folder, log=folder / "log.liggghts")
+
+
+def shear(grains: Grains, point: dict, folder: Path) -> dict:
+    d, dt = grains.diameter, grains.time_step(point["time_step_fraction"])
+    lx, lz = WIDTH * SPACING * d, DEPTH * SPACING * d
+    gap = d + point["grains"] * grains.volume / (point["solid_fraction"] * lx * lz)  # between the walls' centres
+    speed = point["shear_rate"] * gap / 2
+    centres, d0 = random_positions(point["grains"], (lx, gap - 2 * d, lz), point["seed"])
+    x, z = np.meshgrid((np.arange(WIDTH) + 0.5) * SPACING * d, (np.arange(DEPTH) + 0.5) * SPACING * d)
+    wall = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
+
+    engine = liggghts.Engine(folder / "log.liggghts")
+    engine.commands(SETUP.format(lx=lx, lz=lz, low=-2 * d, high=gap + 2 * d, d=d, E=grains.young_modulus, nu=grains.poisson_ratio,
+                                 e=grains.restitution, mu=grains.friction, dt=dt))
+    engine.create(centres + [0, d, 0])
+    engine.create(wall, 2)
+    engine.create(wall + [0, gap, 0], 2)
+    engine.commands(f"group flow type 1\ngroup walls type 2\nregion half block INF INF INF {gap / 2} INF INF units box\n"
+                    "group below region half\ngroup lower intersect walls below\ngroup upper subtract walls lower")
+    engine.commands(SHEAR.format(rho=grains.density, d=d, d0=d0, skin=0.2 * d, v=speed, gap=gap))
+    engine.command("run 0 post no")
+
+    count, interval = point["grains"] + 2 * len(wall), 100
+    volume = CORE * gap * lx * lz
+    samples = []
+    for step in range(round(point["strain"] / (point["shear_rate"] * dt) / interval)):
+        engine.run(interval)
+        if step * interval * dt * point["shear_rate"] < point["strain_discarded"]:
+            continue
+        y = engine.array("x", count)[:, 1]
+        core = (engine.kinds(count) == 1) & (abs(y - gap / 2) < CORE * gap / 2)
+        velocity = engine.array("v", count)[core]
+        virial = -engine.compute_array("st", count, 6)[core][:, [0, 1, 2, 3]]
+        samples.append((core.sum(), y[core], velocity.copy(), virial.sum(0)))
+    number = np.mean([n for n, *_ in samples])
+    y, velocity = (np.concatenate([sample[i] for sample in samples]) for i in (1, 2))
+    slope, offset = np.polyfit(y, velocity[:, 0], 1)
+    own = velocity - np.column_stack([slope * y + offset, np.zeros((len(y), 2))])
+    # The engine's kinetic part holds the whole velocity: take it out, and put in that of the fluctuations.
+    vx, vy, vz = velocity.T
+    ux, uy, uz = own.T
+    whole, fluctuating = (grains.mass * np.array([np.mean(a * b) for a, b in pairs]) * number
+                          for pairs in (((vx, vx), (vy, vy), (vz, vz), (vx, vy)), ((ux, ux), (uy, uy), (uz, uz), (ux, uy))))
+    xx, yy, zz, xy = (np.mean([sample[3] for sample in samples], axis=0) - whole + fluctuating) / volume
+    return {"core_solid_fraction": float(number * grains.volume / volume), "core_shear_rate": float(slope),
+            "granular_temperature": float(np.mean(own**2)), "pressure": float((xx + yy + zz) / 3),
+            "shear_stress": float(-xy)}
