@@ -22,11 +22,12 @@ TESTS = ("shear", "cooling", "triaxial", "isotropic")
 MODEL_ERROR = 0.05  # relative; on void ratio MODEL_ERROR x 0.1
 DILUTE = 0.4  # solid fraction up to which g0 is Carnahan and Starling's, with friction or without
 STEADY = 0.75  # fraction of the axial strain after which a triaxial test is taken as critical
-# What is fitted, and the interval it may take: (name, lower, upper, fitted through its logarithm).
+# What is fitted, and the interval it may take: (name, lower, upper, fitted through its logarithm). Below delta = 0.05 the
+# dilatancy is at its bound of 0.5 whenever it is not zero, so a smaller delta says nothing more.
 PARAMETERS = (("critical_void_ratio", 0.60, 0.85, False), ("critical_state_slope", 1e-3, 50.0, True),
               ("stress_ratio", 0.3, 1.5, False), ("bulk_stiffness", 5.0, 2000.0, True),
               ("shear_stiffness", 5.0, 2000.0, True), ("stiffness_exponent", 0.0, 0.9, False),
-              ("dilatancy", 0.02, 5.0, True), ("effective_restitution", 0.2, 0.95, False),
+              ("dilatancy", 0.05, 5.0, True), ("effective_restitution", 0.2, 0.95, False),
               ("collision_time_factor", 0.05, 50.0, True), ("correlation_factor", 0.02, 50.0, True))
 NAMES = tuple(name for name, *_ in PARAMETERS)
 

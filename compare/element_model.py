@@ -4,13 +4,11 @@ Steady simple shear, homogeneous cooling, triaxial compression after yield and i
 Symbols as in [Ceccato2019]; compression positive; nu = 1/(1 + e).
 """
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 import tomllib
-from pathlib import Path
+from functools import cached_property
+from math import asin, exp, sin, sqrt
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from compare.programs import ROOT
 from dem_reference.element.grains import Grains
@@ -174,66 +172,51 @@ class Model:
         axial_strain = np.asarray(axial_strain, dtype=float)
         m_c = self.card.stress_ratio
         q_yield = 3 * lateral * m_c / (3 - m_c)
-        elastic = solve_ivp(lambda q, _: self._triaxial_compliance(lateral, q), (0, q_yield), [0.0, 0.0],
-                            dense_output=True, rtol=1e-8, atol=1e-12)
-        strain_yield, volume_yield = elastic.y[:, -1]
-        p_yield = lateral + q_yield / 3
-        e_cs = self.critical_void_ratio(p_yield)
+        strain_yield, volume_yield = self.triaxial_elastic(lateral, q_yield)
+        e_cs = self.critical_void_ratio(lateral + q_yield / 3)
         rate = {"stress_ratio_over_delta": m_c / self.card.dilatancy, "delta": self.card.dilatancy, "none": 0.0}[
             self.card.dilatancy_form]
 
-        def flow(_, y):  # y = eps_v; d eps_v/d eps_a = D/(1 + D/3)
-            e = (1 + void_ratio) * np.exp(-y[0]) - 1
-            D = np.clip(rate * (e - e_cs), -0.5, 0.5)
-            return [D / (1 + D / 3)]
+        def slope(volume: float) -> float:  # d eps_v/d eps_a = D/(1 + D/3)
+            D = min(max(rate * ((1 + void_ratio) * exp(-volume) - 1 - e_cs), -0.5), 0.5)
+            return D / (1 + D / 3)
 
-        end = max(axial_strain.max(), strain_yield * (1 + 1e-9))
-        plastic = solve_ivp(flow, (strain_yield, end), [volume_yield], dense_output=True, rtol=1e-8, atol=1e-12)
-        yielded = axial_strain >= strain_yield
+        end = max(axial_strain.max(), strain_yield)
+        strains = np.linspace(strain_yield, end, 101)
+        volumes = [float(volume_yield)]
+        h = strains[1] - strains[0]
+        for _ in strains[1:]:  # classical Runge-Kutta
+            v = volumes[-1]
+            a = slope(v)
+            b = slope(v + h / 2 * a)
+            c = slope(v + h / 2 * b)
+            volumes.append(v + h / 6 * (a + 2 * b + 2 * c + slope(v + h * c)))
         q_grid = np.linspace(0, q_yield, 200)
-        q = np.where(yielded, q_yield, np.interp(axial_strain, elastic.sol(q_grid)[0], q_grid))
-        volume = np.where(yielded, plastic.sol(np.maximum(axial_strain, strain_yield))[0], elastic.sol(q)[1])
+        elastic_strain, elastic_volume = self.triaxial_elastic(lateral, q_grid)
+        q = np.interp(axial_strain, elastic_strain, q_grid)
+        volume = np.interp(axial_strain, np.concatenate([elastic_strain, strains[1:]]),
+                           np.concatenate([elastic_volume, volumes[1:]]))
         return {"deviator": q, "pressure": lateral + q / 3, "volumetric_strain": volume,
                 "void_ratio": (1 + void_ratio) * np.exp(-volume) - 1}
 
-    def _triaxial_compliance(self, lateral: float, q: float) -> np.ndarray:
-        """(d eps_a/dq, d eps_v/dq) of the hyperelastic law at constant lateral stress.
+    def triaxial_elastic(self, lateral, q):
+        """Axial and volumetric strain from isotropic `lateral` stress to deviator q, by Houlsby, Amorosi & Rojas 2005.
 
-        p_dot = k B [(1 - n + n p^2/P0^2) e_v + n (p q/P0^2) e_q], q_dot = n k B (p q/P0^2) e_v + (3 g B + n k B q^2/P0^2) e_q with
-        B = pa (P0/pa)^n, P0^2 = p^2 + k (1 - n) q^2/(3 g): the tangent of Houlsby, Amorosi & Rojas 2005 in (p, q).
+        eps_v = p P0^-n/(k (1 - n) pa^(1-n)) + const, eps_q = q P0^-n/(3 g pa^(1-n)), P0^2 = p^2 + k (1 - n) q^2/(3 g).
         """
         k, g, n, pa = (self.card.bulk_stiffness, self.card.shear_stiffness, self.card.stiffness_exponent,
                        self.card.atmospheric_pressure)
         p = lateral + q / 3
-        P2 = p**2 + k * (1 - n) * q**2 / (3 * g)
-        B = pa * (np.sqrt(P2) / pa) ** n
-        coupling = n * k * B * p * q / P2
-        tangent = np.array([[k * B * (1 - n + n * p**2 / P2), coupling], [coupling, 3 * g * B + n * k * B * q**2 / P2]])
-        e_v, e_q = np.linalg.solve(tangent, [1 / 3, 1.0])
-        return np.array([e_q + e_v / 3, e_v])
+        P0 = np.sqrt(p**2 + k * (1 - n) * q**2 / (3 * g))
+        volume = (p * P0**-n - lateral ** (1 - n)) / (k * (1 - n) * pa ** (1 - n))
+        return q * P0**-n / (3 * g * pa ** (1 - n)) + volume / 3, volume
 
 
 def simple_shear_ratio(stress_ratio: float) -> float:
     """s/p where isochoric plastic flow on the Lade-Duncan cone is a simple shear.
 
-    eta = s/p = t (xy) + c diag(1, 1, -2); c is such that the flow direction dev(eta - eta.eta) has no zz part, so that
-    only its xy part remains; t is such that the cone (eta:eta)/2 - tr(eta^3)/3 = M^2/3 - 2 M^3/27 is reached.
+    eta = s/p = t (xy) + c diag(1, 1, -2). The flow direction dev(eta - eta.eta) has no zz part when t^2 = 3 c (1 + c), which
+    leaves 3 c - 4 c^3 of the cone's (eta:eta)/2 - tr(eta^3)/3 = M^2/3 - 2 M^3/27: c = sin(asin(M^2/3 - 2 M^3/27)/3).
     """
-    size = stress_ratio**2 / 3 - 2 * stress_ratio**3 / 27
-
-    def tensor(t, c):
-        return np.array([[c, t, 0], [t, c, 0], [0, 0, -2 * c]])
-
-    def across(t):
-        """c for which the flow of eta(t, c) is a pure shear."""
-        def out_of_plane(c):
-            eta = tensor(t, c)
-            square = eta @ eta
-            return (eta - square + np.trace(square) / 3 * np.eye(3))[2, 2]
-        return brentq(out_of_plane, -0.3, 0.3)
-
-    def cone(t):
-        eta = tensor(t, across(t))
-        return np.trace(eta @ eta) / 2 - np.trace(eta @ eta @ eta) / 3 - size
-
-    return brentq(cone, 1e-6, stress_ratio)
+    c = sin(asin(stress_ratio**2 / 3 - 2 * stress_ratio**3 / 27) / 3)
+    return sqrt(3 * c * (1 + c))

@@ -1,0 +1,75 @@
+"""Calibration finds the constants that made the data, and a wrong card does not pass for them."""
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from compare import calibration
+from compare.calibration import NAMES
+from compare.element_model import Card, Model
+from compare.programs import ROOT
+
+TRUTH = {"critical_void_ratio": 0.720, "critical_state_slope": 0.30, "critical_state_form": "two_thirds", "stress_ratio": 0.80,
+         "bulk_stiffness": 90.0, "shear_stiffness": 60.0, "stiffness_exponent": 0.40, "dilatancy": 0.25,
+         "effective_restitution": 0.65, "collision_time_factor": 3.0, "correlation_factor": 2.0}
+
+
+@pytest.fixture(scope="module")
+def real():
+    return calibration.evidence(ROOT / "cases")
+
+
+@pytest.fixture(scope="module")
+def made(real):
+    """The reference's own points and errors, answered by a known card with Gaussian noise."""
+    blocks, grains = real
+    card = Card.read("seed_table1").with_values(**TRUTH)
+    return calibration.synthetic(blocks, Model(card, grains), seed=1), grains, card
+
+
+@pytest.fixture(scope="module")
+def fitted(made):
+    blocks, grains, _ = made
+    return calibration.fit(blocks, grains, Card.read("seed_table1"))
+
+
+def test_known_constants_are_recovered(fitted):
+    """Each within 4 of its own standard errors, and those are small enough to mean something."""
+    assert fitted.card.critical_state_form == "two_thirds"
+    for name in NAMES:
+        assert abs(getattr(fitted.card, name) - TRUTH[name]) < 4 * fitted.standard_error[name], name
+        assert fitted.standard_error[name] < 0.25 * TRUTH[name], name
+    assert not fitted.at_bound
+
+
+def test_the_right_card_fits_and_wrong_ones_are_refused(made, fitted):
+    """chi-square of noise drawn with the assumed sigma: the truth and the fit pass at 1e-4, another card fails by far.
+
+    A single constant 30 % off is told from the truth by 4 standard deviations (16 in chi-square), whichever it is.
+    """
+    blocks, grains, truth = made
+
+    def distance(card):
+        return float(np.sum(calibration.residuals(blocks, Model(card, grains)) ** 2))
+
+    limit = chi2.ppf(1 - 1e-4, fitted.observations)
+    assert distance(truth) < limit
+    assert distance(fitted.card) < limit
+    assert distance(Card.read("seed_table1")) > 10 * limit
+    for name in NAMES:
+        assert distance(truth.with_values(**{name: 1.3 * TRUTH[name]})) - distance(truth) > 16, name
+
+
+def test_the_answer_does_not_depend_on_the_start(made, fitted):
+    blocks, grains, truth = made
+    other = calibration.minimise(blocks, grains, truth.with_values(stress_ratio=1.1, effective_restitution=0.5, bulk_stiffness=300.0))
+    card = calibration.to_card(other.x, truth)
+    for name in NAMES:
+        assert getattr(card, name) == pytest.approx(getattr(fitted.card, name), rel=1e-2), name
+
+
+def test_the_real_grains_are_not_table_1(real):
+    """Table 1's packing is several times stiffer than that of the grains, at every pressure."""
+    blocks, grains = real
+    stiffness = [block for block in blocks if block.kind == "isotropic bulk_modulus"]
+    residual = calibration.residuals(stiffness, Model(Card.read("seed_table1"), grains))
+    assert residual.min() > 10
