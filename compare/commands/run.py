@@ -74,12 +74,12 @@ def run(options) -> int:
 
 def verdict(metrics: dict) -> str:
     """Five lines that say how far the continuum is from the grains."""
-    lines = [f"{'':<34}{'MPM':>12}{'DEM':>12}{'MPM/DEM - 1':>14}"]
+    lines = [f"{'':<42}{'MPM':>12}{'DEM':>12}{'MPM/DEM - 1':>14}"]
     for name, words in VERDICT.items():
         entry = metrics[name]
         mpm, dem = ("-" if entry[engine] is None else f"{entry[engine]:.4g}" for engine in ("mpm", "dem"))
         relative = entry["relative_difference"]
         difference = "-" if relative is None else f"{100 * relative:+.1f} %"
-        line = f"{words + ' [' + entry['unit'] + ']':<34}{mpm:>12}{dem:>12}{difference:>14}   {entry.get('verdict', '')}"
+        line = f"{words + ' [' + entry['unit'] + ']':<42}{mpm:>12}{dem:>12}{difference:>14}   {entry.get('verdict', '')}"
         lines.append(line.rstrip())
     return "\n".join(lines)

@@ -45,6 +45,7 @@ PROGRAMS = {
     "launcher": [sys.executable, "-m", "compare.cli", "run", "case.toml"],
     "validator": [program("mpm_case"), "case.toml"],
     "continuum": [program("mpm_run"), "case.toml", "-o", "mpm.h5"],
+    "grains": [sys.executable, "-m", "dem_reference.run", "case.toml", "-o", "dem.h5"],
 }
 
 
