@@ -46,7 +46,7 @@ def run(options) -> int:
     blocks = getattr(calibration, f"{case.test}_blocks")(measured, lambda seeds: seeds)
     errors = table(blocks, models)
     sentences = verdicts(errors) + [f"not measured: {reason}" for reason in failed]
-    files = importlib.import_module(f"compare.charts.element_{case.test}").draw(measured, models, out / case.test)
+    files = importlib.import_module(f"compare.charts.element.{case.test}").draw(measured, models, out / case.test)
     write(out / "errors.csv", lambda file: write_csv(file, errors))
     write(out / "errors.json", lambda file: json.dump({"title": case["title"], "verdicts": sentences, "errors": errors}, file, indent=1))
     print("\n".join(sentences))

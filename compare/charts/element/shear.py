@@ -4,9 +4,10 @@ from pathlib import Path
 import numpy as np
 
 from compare.calibration import by_point, mean_and_error
-from compare.charts.element import card_legend, colours, line_styles, plt, save
+from compare.charts.element import card_legend, colours, line_styles, plt, save, styled
 
 
+@styled
 def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
     """`rows` of the reference, `models` by card name; DEM points carry their standard error over seeds."""
     figure, ((a, b), (c, d)) = plt.subplots(2, 2, figsize=(10, 7.5), layout="constrained")
@@ -26,14 +27,14 @@ def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
             axes.errorbar([x for x, _ in at], [m for _, (m, _) in at], [e for _, (_, e) in at], fmt="o", markersize=4,
                           color=colour, label=f"{rate:g} /s")
             for (name, model), style in zip(models.items(), line_styles(models).values()):
-                axes.plot(nu, view(model.shear(nu, rate), rate), style, color=colour, linewidth=1)
+                axes.plot(nu, view(model.shear(nu, rate), rate), style, color=colour, linewidth=1.1)
     span = np.geomspace(rates[0] / 2, rates[-1] * 2, 50)
     for fraction, colour in zip(nu_dem, colours(len(nu_dem), "plasma")):
         at = [(r, mean_and_error([seed[0]["pressure"] for seed in seeds])) for (r, f), seeds in points.items() if f == fraction]
         d.errorbar([r for r, _ in at], [m for _, (m, _) in at], [e for _, (_, e) in at], fmt="o", markersize=4, color=colour,
                    label=f"ν = {fraction:g}")
         for model, style in zip(models.values(), line_styles(models).values()):
-            d.plot(span, model.shear(np.full_like(span, fraction), span)["pressure"], style, color=colour, linewidth=1)
+            d.plot(span, model.shear(np.full_like(span, fraction), span)["pressure"], style, color=colour, linewidth=1.1)
     for axes, _, scale in views:
         axes.set(xlabel="solid fraction ν", yscale=scale)
     a.set_ylabel("p / ρ(γ̇d)²")

@@ -4,9 +4,10 @@ from pathlib import Path
 import numpy as np
 
 from compare.calibration import by_point
-from compare.charts.element import card_legend, colours, line_styles, plt, save
+from compare.charts.element import card_legend, colours, line_styles, plt, save, styled
 
 
+@styled
 def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
     """`rows` of the reference, `models` by card name; bands span the DEM seeds. The law starts from the mean void ratio."""
     points = by_point(rows, ("pressure", "preparation_friction"), lambda seeds: seeds)
@@ -23,8 +24,8 @@ def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
         fine = np.linspace(0, strain[-1], 400)
         for model, style in zip(models.values(), line_styles(models).values()):
             answer = model.triaxial(void_ratio[:, 0].mean(), pressure, fine)
-            a.plot(fine, answer["deviator"] / answer["pressure"], style, color=colour, linewidth=1)
-            b.plot(fine, answer["void_ratio"], style, color=colour, linewidth=1)
+            a.plot(fine, answer["deviator"] / answer["pressure"], style, color=colour, linewidth=1.1)
+            b.plot(fine, answer["void_ratio"], style, color=colour, linewidth=1.1)
     a.set(xlabel="axial strain", ylabel="q / p")
     b.set(xlabel="axial strain", ylabel="void ratio e")
     b.legend(fontsize=8)

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 
 from compare.calibration import by_point, haff_slope, mean_and_error
-from compare.charts.element import card_legend, colours, line_styles, plt, save
+from compare.charts.element import card_legend, colours, line_styles, plt, save, styled
 from compare.element_model import RANDOM_CLOSE
 from dem_reference.element.cooling import haff_rate
 
@@ -15,6 +15,7 @@ def frictionless(model):
                                               critical_void_ratio=1 / RANDOM_CLOSE - 1), model.grains)
 
 
+@styled
 def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
     """`rows` of the reference, `models` by card name; without friction the cards are all one, plain kinetic theory."""
     grains = next(iter(models.values())).grains
@@ -38,7 +39,7 @@ def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
             axes.plot(time[::4] / unit, curves.mean(0)[::4] / T0, "o", markersize=3, color=colour, label=f"ν = {nu:g}")
             temperature = np.geomspace(T0, curves.min(), 100)
             for model, style in zip(laws.values(), line_styles(laws).values()):
-                axes.plot(model.cooling_time(nu, T0, temperature) / unit, temperature / T0, style, color=colour, linewidth=1)
+                axes.plot(model.cooling_time(nu, T0, temperature) / unit, temperature / T0, style, color=colour, linewidth=1.1)
             slopes.append((nu, *mean_and_error([np.exp(haff_slope(seed)) * np.sqrt(T0) * unit for seed in seeds])))
         axes.set(xlabel="t / τ, Haff time of hard frictionless spheres", ylabel="T / T₀", yscale="log", title=f"μ = {mu:g}")
         axes.legend(fontsize=8, title="solid fraction")

@@ -4,9 +4,10 @@ from pathlib import Path
 import numpy as np
 
 from compare.calibration import by_point, mean_and_error
-from compare.charts.element import card_legend, colours, line_styles, plt, save
+from compare.charts.element import card_legend, colours, line_styles, plt, save, styled
 
 
+@styled
 def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
     """`rows` of the reference, `models` by card name; the elastic path of e(p) starts at the first DEM state."""
     points = by_point(rows, ("preparation_friction",), lambda seeds: seeds)
@@ -23,10 +24,10 @@ def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
                               markerfacecolor=face, label=f"{word}, prepared with μ = {mu:g}")
         fine = np.geomspace(pressure.min(), pressure.max(), 100)
         for model, style in zip(models.values(), line_styles(models).values()):
-            panels[2].plot(fine, model.isotropic(series["void_ratio"][0][0], pressure[0], fine), style, color=colour, linewidth=1)
+            panels[2].plot(fine, model.isotropic(series["void_ratio"][0][0], pressure[0], fine), style, color=colour, linewidth=1.1)
     for model, style in zip(models.values(), line_styles(models).values()):
         for axes, modulus in zip(panels, model.moduli(fine)):
-            axes.plot(fine, modulus, style, color="0.3", linewidth=1)
+            axes.plot(fine, modulus, style, color="0.3", linewidth=1.1)
     for axes, label, scale in zip(panels, ("bulk modulus K [Pa]", "shear modulus G [Pa]", "void ratio e"),
                                   ("log", "log", "linear")):
         axes.set(xlabel="pressure p [Pa]", ylabel=label, xscale="log", yscale=scale)

@@ -1,15 +1,22 @@
-"""What the element tests' figures share: colours of cards and of series, saving."""
+"""Figures of the element tests, one file each: `draw(rows, models, path)`. Here what they share."""
 import os
+from functools import wraps
 from pathlib import Path
 
-import matplotlib
+import matplotlib.pyplot as plt
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+from compare.charts import STYLE
 
-CARD_LINES = ("-", "--", ":", "-.")
-plt.rcParams.update({"font.size": 9, "axes.grid": True, "grid.alpha": 0.25, "axes.spines.top": False,
-                     "axes.spines.right": False, "legend.frameon": False, "svg.hashsalt": "grainpair"})
+CARD_LINES = ("--", "-", ":", "-.")
+
+
+def styled(draw):
+    """Lets `draw` run in the project's figure style."""
+    @wraps(draw)
+    def drawn(*arguments):
+        with plt.rc_context(STYLE):
+            return draw(*arguments)
+    return drawn
 
 
 def colours(count: int, name: str = "viridis"):
