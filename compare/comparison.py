@@ -1,6 +1,7 @@
 """A comparison: the runs of a folder, paired, and every metric of them."""
 
 import math
+import os
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ class Comparison:
 
     mpm: list[Run]
     dem: list[Run]
+    width_study: object = None  # a WidthStudy, when one was asked for
 
     @property
     def first(self) -> tuple[Run, Run]:
@@ -38,8 +40,10 @@ def run_files(folder: Path) -> tuple[list[Path], list[Path]]:
 def map_fields(runs: list[Path], output: Path, *options):
     """Calls grain_map; raises EngineError with its line when it fails."""
     command = [program("grain_map"), *runs, "-o", output, "--quiet", *options]
+    environment = os.environ | {"OMP_WAIT_POLICY": "passive"}  # waiting threads leave the cores to the engines
     try:
-        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False,
+                              env=environment)
     except FileNotFoundError as missing:
         raise EngineError(f"{command[0]}: no such program (not built)") from missing
     if done.returncode:

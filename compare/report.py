@@ -21,6 +21,7 @@ import matplotlib.pyplot as plt
 from compare import comparison
 from compare.charts import STYLE, all_charts
 from compare.errors import CaseError, EngineError
+from compare.width_study import study
 
 HEADLINES = {"run_out": "Run-out", "final_height": "Final height", "kinetic_energy_peak_time": "Time of the kinetic-energy peak",
              "kinetic_energy_peak": "Kinetic-energy peak", "dissipated_energy": "Energy dissipated",
@@ -52,6 +53,8 @@ def draw(chart, c, folder: Path) -> Figure | None:
             if drawn is None:
                 return None
             figure, sentence = drawn
+            figure.draw_without_rendering()  # lays out, once for all formats
+            figure.set_layout_engine("none")
             svg = io.StringIO()
             figure.savefig(svg, format="svg", dpi=160, metadata={"Date": None, "Title": chart.title})
             images[narrow] = svg.getvalue()
@@ -81,14 +84,18 @@ def render(c, metrics: dict, figures: list[Figure], mapping: dict) -> str:
         counts={"mpm": len(c.mpm), "dem": len(c.dem)})
 
 
-def compare(folder: Path, options=(), tell=lambda fraction, text: None) -> dict:
-    """Everything from the HDF5 of the runs; returns the metrics. `options` go to grain_map."""
+def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=()) -> dict:
+    """Everything from the HDF5 of the runs; returns the metrics. `options` go to grain_map; `widths` [d], when given,
+    make a width study."""
     mpm, dem = comparison.run_files(folder)
     tell(0.0, "mapping both clouds onto one grid")
     comparison.map_fields([*mpm, *dem], folder / "fields.h5", *options)
     tell(0.3, "metrics")
     c = comparison.load(folder)
     metrics = comparison.evaluate(c)
+    if widths:
+        tell(0.35, "width study")
+        c.width_study = study(c.dem[0], dem[0], widths, options)
     write_atomically(folder / "metrics.json", json.dumps(metrics, indent=1) + "\n")
 
     charts, figures = all_charts(), []

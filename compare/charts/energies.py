@@ -1,5 +1,3 @@
-import numpy as np
-
 from compare.charts import COLOUR, LABEL, chart, panels
 
 PANELS = (("kinetic", "kinetic energy $E_k/E_0$"), ("potential", "potential energy left $(E_p - E_p^{end})/E_0$"),
@@ -17,7 +15,7 @@ def energies(comparison, narrow):
                     values = values - values[-1]
                 ax.plot(run.energy_tau(), values, color=COLOUR[run.engine], alpha=1.0 if i == 0 else 0.3,
                         label=LABEL[run.engine] if i == 0 else None)
-        ax.set(xlabel=r"$t/\sqrt{H/g}$", title=label, xlim=(0.0, None))
+        ax.set(xlabel="t/√(H/g)", title=label, xlim=(0.0, None))
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     axes[0].legend()
     scatter = " Faint lines are the other runs of the ensemble." if len(comparison.dem) + len(comparison.mpm) > 2 else ""

@@ -17,7 +17,7 @@ def colours(accounts) -> list:
 @chart("Energy budget", order=7)
 def energy_budget(comparison, narrow):
     figure, axes = panels(2, narrow, height=4.4 if narrow else 3.9)
-    top = 0.0
+    top = bottom = 0.0
     for ax, run in zip(axes, comparison.first):
         accounts = budget(run)
         positive = [np.maximum(a.values, 0.0) for a in accounts]
@@ -28,13 +28,14 @@ def energy_budget(comparison, narrow):
                      labels=[f"{a.name} {100 * a.values[-1]:.1f} %" for a in accounts])
         ax.stackplot(tau, negative, colors=shades, linewidth=0.0)
         top = max(top, np.sum(positive, axis=0).max())
-        ax.set(title=LABEL[run.engine], xlabel=r"$t/\sqrt{H/g}$", xlim=(tau[0], tau[-1]))
+        bottom = min(bottom, np.sum(negative, axis=0).min())
+        ax.set(title=LABEL[run.engine], xlabel="t/√(H/g)", xlim=(tau[0], tau[-1]))
         ax.axhline(0.0, color=INK, linewidth=0.6)
         handles, labels = ax.get_legend_handles_labels()
         ax.legend(handles[::-1], labels[::-1], loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2,
                   title="share of $E_0$ at the end", fontsize=8)
     for ax in axes:
-        ax.set_ylim(top=1.03 * top)
+        ax.set_ylim(1.03 * bottom, 1.03 * top)
         ax.set_ylabel("energy$/E_0$")
     return figure, ("What the released energy has become: held (blue), dissipated (orange), lost numerically or "
                     "unexplained (grey). Totals and times compare; the accounts of dissipation are named by each engine "

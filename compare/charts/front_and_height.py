@@ -1,5 +1,3 @@
-import numpy as np
-
 from compare.charts import COLOUR, LABEL, chart, panels
 from compare.reductions import front, surface
 
@@ -14,7 +12,7 @@ def front_and_height(comparison, narrow):
             axes[0].plot(run.tau(), front(run) / run.length - 1.0, **style)
             axes[1].plot(run.tau(), [surface(run, k).max() / run.length for k in range(len(run.time))], **style)
     for ax, label in zip(axes, ("run-out $x_{99.5}/L_0 - 1$", "height $h_{max}/L_0$")):
-        ax.set(xlabel=r"$t/\sqrt{H/g}$", title=label, xlim=(0.0, None))
+        ax.set(xlabel="t/√(H/g)", title=label, xlim=(0.0, None))
     axes[1].set_ylim(bottom=0.0)
     axes[0].legend()
     return figure, ("Front, behind which 99.5 % of the mass lies, and highest point of the free surface, against time.")

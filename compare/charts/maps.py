@@ -8,13 +8,13 @@ from compare.reductions import bulk_solid_fraction, common_frames, surface
 
 
 def instants(comparison) -> list[tuple[int, int]]:
-    """Frames nearest to half the time of the grains' kinetic-energy peak, to that time, and at the common end."""
+    """Frames nearest to the grains' kinetic-energy peak and to 1.8 times its time, and the last frame of each."""
     mpm, dem = comparison.first
     frames = common_frames(mpm, dem)
     peak = dem.energy_tau()[np.argmax(dem.joules("kinetic"))]
     tau = mpm.tau()
     chosen = [min(frames, key=lambda f: abs(tau[f[0]] - t)) for t in (peak, 1.8 * peak)]
-    return sorted({*chosen, frames[-1]})
+    return sorted({*chosen, (len(mpm.time) - 1, len(dem.time) - 1)})
 
 
 def filled(run, frame, values):
@@ -43,7 +43,7 @@ def draw_maps(comparison, narrow, values, label, norm, cmap):
         image = ax.pcolormesh(*edges, filled(run, frame, values(run, frame)), norm=norm, cmap=cmap, rasterized=True)
         ax.set(aspect="equal", xlim=(0.0, far / length), ylim=(0.0, top / length))
         ax.grid(False)
-        ax.set_title(f"{LABEL[run.engine]}, $t = {run.tau()[frame]:.1f}\\,\\sqrt{{H/g}}$", loc="left")
+        ax.set_title(f"{LABEL[run.engine]}, t = {run.tau()[frame]:.1f} √(H/g)", loc="left")
     for ax in axes[:, 0]:
         ax.set_ylabel("$y/L_0$")
     for ax in axes[-1]:

@@ -1,0 +1,43 @@
+"""Compare runs anew from their files: fields, metrics, figures, report.
+
+Each RUN is a folder that holds mpm.h5 and dem.h5; further files mpm*.h5 and dem*.h5 in it (other seeds, other point
+jitter) make it an ensemble, whose scatter the verdicts use. With --dump the grains of one folder are read from plain
+LIGGGHTS or LAMMPS dumps instead, of a scene that --case describes.
+"""
+
+from pathlib import Path
+
+from compare import case, comparison, dumps, report
+from compare.errors import CaseError
+
+WIDTHS = (0.25, 0.35, 0.5, 0.6, 0.75, 0.9, 1.0, 1.25, 1.5, 2.0)
+
+
+def arguments(parser):
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="folder of a run")
+    parser.add_argument("--width", type=float, help="kernel width in grain diameters (the case's)")
+    parser.add_argument("--kernel", choices=["gauss", "lucy", "heaviside", "linear"], help="kernel (the case's)")
+    parser.add_argument("--spacing", type=float, help="spacing of the mapped grid in grain diameters (the case's)")
+    parser.add_argument("--width-study", action="store_true",
+                        help="map the grains with a range of widths too, and show what each field makes of it")
+    parser.add_argument("--dump", nargs="+", type=Path, metavar="FILE", help="dumps to make dem.h5 of, in any order")
+    parser.add_argument("--case", type=Path, help="case file of the dumped grains")
+    parser.add_argument("--time-step", type=float, metavar="S", help="time step of the dumped run [s]")
+    parser.add_argument("--quiet", action="store_true", help="show no progress")
+
+
+def run(options) -> int:
+    if options.dump:
+        if len(options.runs) != 1 or not options.case or not options.time_step:
+            raise CaseError("grainpair compare: --dump needs one RUN, --case and --time-step")
+        options.runs[0].mkdir(parents=True, exist_ok=True)
+        dumps.convert(options.dump, case.load(options.case), options.time_step, options.runs[0] / "dem.h5")
+    mapping = [word for key in ("width", "kernel", "spacing") if (value := getattr(options, key))
+               for word in (f"--{key}", str(value))]
+    for folder in options.runs:
+        say = (lambda fraction, text: None) if options.quiet else \
+            (lambda fraction, text, name=folder: print(f"{name}: {100 * fraction:.0f} % {text}", flush=True))
+        metrics = report.compare(folder, mapping, say, WIDTHS if options.width_study else ())
+        print(f"{folder}: {metrics['verdict']['value']}")
+        print(folder / "report.html")
+    return 0
