@@ -29,17 +29,25 @@ class Hyperelastic {
         kn(k * (1.0 - n)),
         coupling(2.0 * g / kn) {}
 
-  /// Stress [Pa] at an elastic strain; zero where the strain has opened (a <= 0).
-  SymTensor stress(const SymTensor& strain) const {
+  struct Loaded {
+    SymTensor stress;  // [Pa]
+    double energy;     // [J/m3]
+  };
+
+  /// Stress and stored energy at an elastic strain; both zero where the strain has opened (a <= 0).
+  Loaded evaluate(const SymTensor& strain) const {
     const double a = trace(strain);
-    if (a <= 0.0) return SymTensor::Zero();
+    if (a <= 0.0) return {SymTensor::Zero(), 0.0};
     const SymTensor e = deviator(strain);
     const double u = std::sqrt(a * a + coupling * e.squaredNorm());
-    const double secant = reference_pressure(u) / u;
+    const double p0 = reference_pressure(u), secant = p0 / u;
     SymTensor sigma = secant * coupling * e;
     sigma.head<3>().array() += secant * a;
-    return sigma;
+    return {sigma, p0 * u * (1.0 - n) / (2.0 - n)};
   }
+
+  /// Stress [Pa] at an elastic strain.
+  SymTensor stress(const SymTensor& strain) const { return evaluate(strain).stress; }
 
   /// Elastic strain at a stress of positive pressure.
   SymTensor strain(const SymTensor& sigma) const {
@@ -52,13 +60,8 @@ class Hyperelastic {
     return eps;
   }
 
-  /// Stored energy Psi = P0^(2-n)/(pa^(1-n) k(2-n)) [J/m3]; zero where the strain has opened.
-  double energy(const SymTensor& strain) const {
-    const double a = trace(strain);
-    if (a <= 0.0) return 0.0;
-    const double u = std::sqrt(a * a + coupling * deviator(strain).squaredNorm());
-    return reference_pressure(u) * u * (1.0 - n) / (2.0 - n);
-  }
+  /// Stored energy Psi = P0^(2-n)/(pa^(1-n) k(2-n)) [J/m3].
+  double energy(const SymTensor& strain) const { return evaluate(strain).energy; }
 
   /// Gibbs (complementary) energy as the seed prints it, P0^(2-n)/(pa^(1-n) k(1-n)(2-n)) -
   /// p/(k(1-n)) [J/m3] [Ceccato2019, Eq. 7], with P0^2 = p^2 + k(1-n)/(2g) s:s [Ceccato2019, Eq.
@@ -84,14 +87,13 @@ class Hyperelastic {
   }
 
   /// Upper bound of the P-wave modulus over all directions, B [k(1-n) + 4g/3 + n k (sigma_1/P0)^2]
-  /// [Pa], with the largest principal stress sigma_1 <= p + 2q/3.
-  double p_wave_modulus(const SymTensor& sigma) const {
-    const double p = trace(sigma) / 3.0, s2 = deviator(sigma).squaredNorm();
-    const double p02 = p * p + s2 / coupling;
-    if (p <= 0.0) return 0.0;
-    const double p0 = std::sqrt(p02), B = p0 / (kn * size(p0));
-    const double largest = p + std::sqrt(2.0 / 3.0 * s2);
-    return B * (kn + 4.0 / 3.0 * g + n * k * largest * largest / p02);
+  /// [Pa], with the largest principal stress sigma_1 <= p + 2q/3, at an elastic strain.
+  double p_wave_modulus(const SymTensor& strain) const {
+    const double a = trace(strain);
+    if (a <= 0.0) return 0.0;
+    const double e2 = deviator(strain).squaredNorm(), u2 = a * a + coupling * e2, u = std::sqrt(u2);
+    const double largest = a + coupling * std::sqrt(2.0 / 3.0 * e2);  // sigma_1/P0 * u
+    return reference_pressure(u) / (kn * u) * (kn + 4.0 / 3.0 * g + n * k * largest * largest / u2);
   }
 
   /// P0 at u [Pa]

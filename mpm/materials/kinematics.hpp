@@ -2,6 +2,7 @@
 // tensor.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "mpm/material.hpp"
@@ -62,6 +63,12 @@ inline double plastic_work(const SymTensor& before, const SymTensor& after,
                            const SymTensor& strain) {
   const double first = before.dot(strain), last = after.dot(strain);
   return first > 0.0 ? 0.5 * (first + last) : last;
+}
+
+/// Work of a step that ends without stress: the trapezoidal rule, but it gives back no more than
+/// was stored.
+inline double releasing_work(const SymTensor& before, const SymTensor& strain, double stored) {
+  return std::max(0.5 * before.dot(strain), -stored);
 }
 
 }  // namespace grainpair

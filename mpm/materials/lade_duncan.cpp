@@ -45,8 +45,8 @@ class PerfectLadeDuncan {
     return r;
   }
 
-  Stability stability(const State&, const SymTensor& sigma, double) const {
-    return {elasticity_.p_wave_modulus(sigma), 0.0};
+  Stability stability(const State& state, const SymTensor&, double e) const {
+    return {volume_.cauchy(e) * elasticity_.p_wave_modulus(state.strain), 0.0};
   }
 
   double granular_temperature(const State&) const { return 0.0; }

@@ -128,11 +128,13 @@ class LadeDuncan {
       z.length = std::sqrt(z.nx * z.nx + z.ny * z.ny);
     };
     differentiate();
-    z.m = (r - size_of(z).value * z.x) * z.nx / (z.length * z.length);
+    Size a = size_of(z);
+    if (r <= a.value * z.x) return {trial, a_ref, r < a.value * z.x ? -1.0 : 0.0, 0, true};
+    z.m = (r - a.value * z.x) * z.nx / (z.length * z.length);
+    a = size_of(z);
 
     constexpr int most = 30;
     constexpr double tolerance = 1e-13;
-    Size a = size_of(z);
     bool converged = false;
     int i = 0;
     for (; i < most && !converged; ++i) {
@@ -155,7 +157,7 @@ class LadeDuncan {
       // Newton converges quadratically: the step after this one would be below round-off.
       converged = dx * dx + dy * dy < tolerance && dm * dm < tolerance * (1.0 + z.m * z.m);
     }
-    converged = converged && a.value > 0.0 && std::isfinite(z.m);
+    converged = converged && a.value > 0.0 && z.m >= 0.0 && z.x > 0.0;
     if (!converged) z.x = radial, z.y = 0.0, differentiate(), z.m = 0.0, a = size_of(z);
 
     // i times the direction, from dev(direction^2) = (cosine - i sine) direction/sqrt6; y ~ sine

@@ -101,17 +101,30 @@ TEST_P(Return, HitsTheAskedPressure) {
   const LadeDuncan cone(GetParam());
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> decades(-3.0, 3.0);
-  for (int i = 0; i < 20000; ++i) {
+  int inside = 0;
+  for (int i = 0; i < 200000; ++i) {
     const double p = 1e3 * std::pow(10.0, decades(random));
-    const SymTensor trial = elasticity.size(p) / elasticity.coupling * GetParam() *
-                            (1.0 + std::pow(10.0, decades(random))) * random_deviator(random);
+    const double reach = i % 2 ? std::pow(10.0, decades(random)) : 0.8 + 0.05 * decades(random);
+    const SymTensor trial = elasticity.size(p) / elasticity.coupling * std::sqrt(2.0 / 3.0) *
+                            GetParam() * reach * random_deviator(random);
     const ConeReturn back = cone.at_pressure(elasticity, trial, p);
-    ASSERT_TRUE(back.converged);
+    ASSERT_TRUE(back.converged) << reach;
+    if (back.multiplier <
+        0.0) {  // inside the section: sheared further, at this pressure, it would still hold
+      ++inside;
+      ASSERT_LT(reach, 1.2);
+      continue;
+    }
     const SymTensor stress =
         elasticity.stress(back.deviatoric + back.volumetric / 3.0 * identity());
+    const SymTensor eta = deviator(stress) / p;
     ASSERT_NEAR(trace(stress) / 3.0, p, 1e-11 * p);
-    ASSERT_NEAR(cone.yield(deviator(stress) / p), 0.0, 1e-11);
+    ASSERT_NEAR(cone.yield(eta), 0.0, 1e-11);
+    ASSERT_LT(
+        (trial - back.deviatoric - back.multiplier * LadeDuncan::normal(eta).normalized()).norm(),
+        1e-10 * trial.norm());
   }
+  EXPECT_GT(inside, 10000);
 }
 
 INSTANTIATE_TEST_SUITE_P(StressRatios, Return, testing::Values(0.3, 0.6, 0.9, 1.2));

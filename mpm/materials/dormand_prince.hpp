@@ -1,0 +1,320 @@
+// The quasi-static half integrated as the seed integrates it: rates, Dormand-Prince 5(4) with
+// error-controlled substeps, and correction of the drift from the cone and the critical-state locus
+// [Dormand1980, Sloan2001].
+//
+// The elastic part of a step is taken in closed form. Regimes change between substeps only; a
+// substep that crosses the locus or meets e_c is shortened to end there.
+#pragma once
+
+#include <array>
+#include <limits>
+
+#include "mpm/materials/quasi_static.hpp"
+
+namespace grainpair {
+
+class DormandPrince {
+ public:
+  explicit DormandPrince(const QuasiStatic& model, double relative_tolerance = 1e-6)
+      : model_(model), tolerance_(relative_tolerance) {}
+
+  /// One step, as QuasiStatic::implicit.
+  QuasiStaticResponse operator()(const QuasiStaticState& old, const SymTensor& increment,
+                                 double e_old, double e) const {
+    const Path path{model_, increment, e_old};
+    const auto before = model_.elasticity.evaluate(old.strain);
+    Point now{old.strain, before.stress, 0.0};
+    Regime regime = old.regime;
+    double t = 0.0, h = 1.0;
+    const auto finish = [&](QuasiStaticResponse r) {
+      r.dissipated += now.dissipated;
+      r.work = r.stored - before.energy + r.dissipated;
+      return r;
+    };
+    const auto rest_in_closed_form = [&] {
+      return finish(
+          model_.implicit({now.strain, regime}, (1.0 - t) * increment, path.void_ratio(t), e));
+    };
+    const auto release = [&] {
+      now.dissipated += model_.elasticity.energy(now.strain);
+      const QuasiStaticResponse r = model_.open(0.0, path.void_ratio(t));
+      now = {r.state.strain, r.stress, now.dissipated};
+      regime = r.state.regime;
+    };
+
+    for (int substeps = 0; t < 1.0; ++substeps) {
+      if (substeps == most_substeps) return rest_in_closed_form();
+
+      if (now.stress.isZero(
+              0.0)) {  // regimes 4 and 0: wait for contact, then leave the apex in closed form
+        const double contact = regime == collisional ? path.meets_critical_void_ratio(t, false)
+                                                     : path.closes(now.strain, t);
+        if (!(contact < 1.0))
+          return finish(model_.open(trace(now.strain) + (1.0 - t) * trace(increment), e));
+        const double next = contact + (1.0 - contact) * first_step;
+        const QuasiStaticResponse first =
+            model_.implicit({now.strain, regime}, (next - t) * increment, path.void_ratio(t),
+                            path.void_ratio(next));
+        now = {first.state.strain, first.stress, now.dissipated + first.dissipated};
+        regime = first.state.regime;
+        t = next, h = 1.0 - t;
+        continue;
+      }
+
+      const SymTensor trial = now.strain + (1.0 - t) * increment;
+      if (trace(trial) > 0.0 && model_.holds(trial))
+        return finish(model_.loaded(trial, visco_elastic));
+      if (const double fraction = path.elastic_fraction(now, t); fraction > 0.0) {
+        now.strain += fraction * (1.0 - t) * increment;
+        now.stress = model_.elasticity.stress(now.strain);
+        t += fraction * (1.0 - t), h = 1.0 - t;
+        regime = visco_plastic;
+        if (trace(now.stress) / 3.0 <= release_pressure) release();
+        continue;
+      }
+
+      if (path.on_locus(now, t)) regime = critical;
+      if (regime != critical) regime = visco_plastic;
+      const Mode mode = regime == critical ? path.critical_mode(now, t) : Mode::state;
+      const bool watched = mode != Mode::following && !path.on_locus(now, t);
+      h = std::min(h, 1.0 - t);
+      if (regime == critical)  // p_cs falls to zero at e_c: halve the way there
+        h = std::min(h,
+                     std::max(0.5 * (path.meets_critical_void_ratio(t, true) - t), smallest_step));
+      const double gap = path.gap(now, t);
+      Point next;
+      double growth = 5.0;
+      for (;;) {
+        if (h < smallest_step) return rest_in_closed_form();
+        const double error = path.substep(now, t, h, mode, next);
+        if (error > tolerance_) {
+          h *= std::clamp(0.9 * std::pow(tolerance_ / error, 0.2), 0.1, 0.9);
+          growth = 1.0;
+          continue;
+        }
+        const double gap_next = path.gap(next, t + h);
+        if (!watched || gap * gap_next >= 0.0 || path.on_locus(next, t + h)) {
+          growth = std::min(
+              growth,
+              std::clamp(0.9 * std::pow(tolerance_ / std::max(error, 1e-30), 0.2), 0.1, 5.0));
+          break;
+        }
+        h *= std::clamp(gap / (gap - gap_next), 0.02, 0.98);  // end on the locus
+        growth = 1.0;
+      }
+      t = t + h > 1.0 - smallest_step ? 1.0 : t + h;
+      now = next;
+      path.correct_drift(now, t, mode == Mode::following || (watched && path.on_locus(now, t)));
+      if (trace(now.stress) / 3.0 <= release_pressure) release();
+      h *= growth;
+    }
+    return finish(now.stress.isZero(0.0) ? model_.open(trace(now.strain), e)
+                                         : model_.loaded(now.strain, regime));
+  }
+
+ private:
+  /// How plastic volume changes: by the state, by the locus p = p_cs(e), or dilating at the bound
+  /// towards it.
+  enum class Mode { state, following, lagging };
+
+  struct Point {
+    SymTensor strain;   // elastic
+    SymTensor stress;   // tau [Pa]
+    double dissipated;  // so far in the step [J/m3]
+  };
+
+  static constexpr int most_substeps = 100000;
+  static constexpr double smallest_step = 1e-10;
+  static constexpr double first_step = 1e-3;        // of what is left, out of the apex
+  static constexpr double locus_tolerance = 1e-7;   // of G_1, relative to p_cs
+  static constexpr double release_pressure = 1e-3;  // below which a point lets go [Pa]
+
+  struct Path {
+    const QuasiStatic& model;
+    const SymTensor& increment;
+    double e_old;
+
+    double void_ratio(double t) const {
+      return (1.0 + e_old) * std::exp(-t * trace(increment)) - 1.0;
+    }
+
+    /// Pseudo-time at which e meets e_c, rising or falling; infinity if it does not.
+    double meets_critical_void_ratio(double t, bool rising) const {
+      const double rate = trace(increment), e = void_ratio(t);
+      if (rising ? e >= model.locus.e_c : e < model.locus.e_c) return t;
+      if (rate == 0.0 || (rate < 0.0) != rising) return std::numeric_limits<double>::infinity();
+      return volumetric_strain(e_old, model.locus.e_c) / rate;
+    }
+    /// Pseudo-time at which an open strain is back at a = 0.
+    double closes(const SymTensor& strain, double t) const {
+      return trace(increment) > 0.0 ? t + std::max(-trace(strain), 0.0) / trace(increment)
+                                    : std::numeric_limits<double>::infinity();
+    }
+
+    /// p_cs(e) and G_1, in tau [Pa].
+    double target(double t) const {
+      const double e = void_ratio(t);
+      return model.locus.pressure(e) / model.volume.cauchy(e);
+    }
+    double gap(const Point& at, double t) const { return trace(at.stress) / 3.0 - target(t); }
+    bool on_locus(const Point& at, double t) const {
+      const double p_cs = target(t);
+      return p_cs > 0.0 && std::abs(gap(at, t)) <= locus_tolerance * p_cs;
+    }
+
+    /// Fraction of the remaining strain that is elastic, 0 where flow begins at once: the strain
+    /// path is straight and the cone convex in strain, so the yield function changes sign once from
+    /// inside.
+    double elastic_fraction(const Point& now, double t) const {
+      const SymTensor rest = (1.0 - t) * increment;
+      const auto f = [&](double x) {
+        const SymTensor strain = now.strain + x * rest;
+        const double a = trace(strain);
+        if (a <= 0.0) return 1.0;
+        const SymTensor eta = model.elasticity.coupling / a * deviator(strain);
+        return eta.squaredNorm() < 6.0 ? model.cone.yield(eta) : 1.0;
+      };
+      double inside = 0.0, f_inside = f(0.0);
+      if (f_inside > -1e-9) {  // on the cone: does the path turn inwards first?
+        double x = 1e-3;
+        while (x > 1e-12 && f(x) >= f_inside) x *= 0.1;
+        if (x <= 1e-12 || f(x) > -1e-12) return 0.0;
+        inside = x, f_inside = f(x);
+      }
+      double outside = 1.0, f_outside = f(1.0);
+      for (int i = 0; i < 200 && outside - inside > 1e-15; ++i) {  // Pegasus
+        const double x = inside + std::clamp(f_inside / (f_inside - f_outside), 1e-6, 1.0 - 1e-6) *
+                                      (outside - inside);
+        const double fx = f(x);
+        if (std::abs(fx) < 1e-13) return x;
+        if (fx * f_outside < 0.0)
+          inside = outside, f_inside = f_outside;
+        else
+          f_inside *= f_outside / (f_outside + fx);
+        outside = x, f_outside = fx;
+      }
+      return outside;
+    }
+
+    struct Flow {
+      SymTensor df;                            // df/dsigma
+      SymTensor n;                             // direction of dev eps_p
+      SymTensor elastic, by_shear, by_volume;  // Ce[D], Ce[n], Ce[I/3]
+    };
+    Flow flow(const SymTensor& tau) const {
+      const double p = trace(tau) / 3.0;
+      const SymTensor eta = deviator(tau) / p, a = LadeDuncan::normal(eta);
+      Flow w;
+      w.df = (a - a.dot(eta) / 3.0 * identity()) / p;
+      w.n = a.normalized();
+      w.elastic = model.elasticity.rate(tau, increment);
+      w.by_shear = model.elasticity.rate(tau, w.n);
+      w.by_volume = model.elasticity.rate(tau, identity() / 3.0);
+      return w;
+    }
+
+    /// Multiplier and plastic volume rate that keep f = 0 and p = p_cs(e).
+    std::pair<double, double> following(const Flow& w, double t) const {
+      // d/dt [p_cs(e) (1+e)/(1+e_r)], with e_dot = -(1+e) tr D
+      const double e = void_ratio(t);
+      const double slope = (model.locus.modulus(e) - model.locus.pressure(e)) * trace(increment) /
+                           model.volume.cauchy(e);
+      const double a11 = w.df.dot(w.by_shear), a12 = w.df.dot(w.by_volume),
+                   b1 = w.df.dot(w.elastic);
+      const double a21 = trace(w.by_shear) / 3.0, a22 = trace(w.by_volume) / 3.0,
+                   b2 = trace(w.elastic) / 3.0 - slope;
+      const double det = a11 * a22 - a12 * a21;
+      return {(b1 * a22 - a12 * b2) / det, (a11 * b2 - a21 * b1) / det};
+    }
+
+    Mode critical_mode(const Point& now, double t) const {
+      if (!on_locus(now, t)) return gap(now, t) < 0.0 ? Mode::lagging : Mode::state;
+      const auto [multiplier, volume] = following(flow(now.stress), t);
+      return multiplier >= 0.0 && volume >= -model.locus.largest_ratio * multiplier
+                 ? Mode::following
+                 : Mode::lagging;
+    }
+
+    /// d(tau)/dt and the dissipation rate.
+    std::pair<SymTensor, double> rate(const SymTensor& tau, double t, Mode mode) const {
+      const Flow w = flow(tau);
+      double multiplier, volume;
+      if (mode == Mode::following) {
+        std::tie(multiplier, volume) = following(w, t);
+      } else {
+        const double e = void_ratio(t), p = trace(tau) / 3.0 * model.volume.cauchy(e);
+        const double ratio =
+            mode == Mode::lagging ? -model.locus.largest_ratio : model.locus.flow_ratio(e, p);
+        multiplier = w.df.dot(w.elastic) / w.df.dot(w.by_shear + ratio * w.by_volume);
+        volume = ratio * multiplier;
+      }
+      return {w.elastic - multiplier * w.by_shear - volume * w.by_volume,
+              multiplier * tau.dot(w.n) + volume * trace(tau) / 3.0};
+    }
+
+    /// One substep; returns its relative error, infinite where a stage leaves p > 0.
+    double substep(const Point& now, double t, double h, Mode mode, Point& next) const {
+      constexpr double inf = std::numeric_limits<double>::infinity();
+      static constexpr double c[7] = {0, 0.2, 0.3, 0.8, 8.0 / 9, 1, 1};
+      static constexpr double a[7][6] = {
+          {},
+          {1.0 / 5},
+          {3.0 / 40, 9.0 / 40},
+          {44.0 / 45, -56.0 / 15, 32.0 / 9},
+          {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+          {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
+          {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784,
+           11.0 / 84}};  // also the fifth-order weights
+      static constexpr double error_weight[7] = {
+          71.0 / 57600, 0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
+      std::array<SymTensor, 7> k;
+      std::array<double, 7> g;
+      SymTensor tau;
+      double dissipated = 0.0;
+      for (int i = 0; i < 7; ++i) {
+        tau = now.stress, dissipated = 0.0;
+        for (int j = 0; j < i; ++j) tau += h * a[i][j] * k[j], dissipated += h * a[i][j] * g[j];
+        if (!(trace(tau) > 0.0)) return inf;
+        std::tie(k[i], g[i]) = rate(tau, t + c[i] * h, mode);
+      }
+      SymTensor error = SymTensor::Zero();
+      double error_dissipated = 0.0;
+      for (int i = 0; i < 7; ++i)
+        error += h * error_weight[i] * k[i], error_dissipated += h * error_weight[i] * g[i];
+      next = {now.strain, tau, now.dissipated + dissipated};
+      if (!tau.allFinite()) return inf;
+      return std::max(
+          error.norm() / tau.norm(),
+          std::abs(error_dissipated) /
+              (std::abs(next.dissipated) + model.elasticity.size(trace(tau)) * trace(tau)));
+    }
+
+    /// Back to f = 0, and to p = p_cs(e) where the point is on the locus; then the strain that goes
+    /// with the stress.
+    void correct_drift(Point& at, double t, bool on_locus) const {
+      for (int i = 0; i < 5; ++i) {
+        const double p = trace(at.stress) / 3.0, f = model.cone.yield(deviator(at.stress) / p);
+        const double miss = on_locus ? p - target(t) : 0.0;
+        if (std::abs(f) < 1e-13 && std::abs(miss) <= 1e-13 * p) break;
+        const Flow w = flow(at.stress);
+        double multiplier, volume = 0.0;
+        if (on_locus) {
+          const double a11 = w.df.dot(w.by_shear), a12 = w.df.dot(w.by_volume);
+          const double a21 = trace(w.by_shear) / 3.0, a22 = trace(w.by_volume) / 3.0,
+                       det = a11 * a22 - a12 * a21;
+          multiplier = (f * a22 - a12 * miss) / det, volume = (a11 * miss - a21 * f) / det;
+        } else {
+          multiplier = f / w.df.dot(w.by_shear);
+        }
+        at.dissipated += multiplier * at.stress.dot(w.n) + volume * p;
+        at.stress -= multiplier * w.by_shear + volume * w.by_volume;
+      }
+      at.strain = model.elasticity.strain(at.stress);
+    }
+  };
+
+  QuasiStatic model_;
+  double tolerance_;
+};
+
+}  // namespace grainpair

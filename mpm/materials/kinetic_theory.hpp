@@ -1,0 +1,185 @@
+// Collisional stress, dissipation and granular temperature: kinetic theory of inelastic spheres
+// [Garzo1999], with a correlation length [Berzi2014, Jenkins2007] and the softness of the grains
+// [Berzi2015].
+//
+// With nu = 1/(1+e), G = nu g0, Y = 1/(1/G + kap sqrt(T)) and kap = 24/(5 sqrt(pi)) sqrt(rho/E):
+//     F = (1+en)/2 + 1/(4G)
+//     J = (1+en)/2 + pi/32 [5 + 2(1+en)(3en-1)G][5 + 4(1+en)G]/{[24 - 6(1-en)^2 - 5(1-en^2)]G^2}
+//     p_c = 4 F nu rho Y T,  eta = 8 J nu rho d Y sqrt(T)/(5 sqrt(pi)),  lam = 4(1+en) nu rho d Y
+//     sqrt(T)/(3 sqrt(pi)) sigma_c = p_c I + lam tr(D) I + 2 eta dev(D) [Ceccato2019, Eq. 12]
+//     Gamma_c = 12/sqrt(pi) (1 - ee^2) nu rho Y T^(3/2)/L
+// G is infinite at e <= e_c, so 1/G is what is carried. Coefficients here are per unit of bulk
+// density nu rho.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "mpm/case.hpp"
+#include "mpm/tensor.hpp"
+
+namespace grainpair {
+
+class KineticTheory {
+ public:
+  enum class Correlation { berzi, jenkins, none };
+
+  struct Parameters {
+    double diameter, density, young_modulus;  // d [m], rho [kg/m3], E [Pa]
+    double restitution, effective_restitution;
+    double critical_void_ratio, loose_void_ratio;
+    double collision_time_factor = 1.0, correlation_factor = 1.0;
+    Correlation correlation = Correlation::berzi;
+    bool bulk_viscosity = true;
+  };
+
+  /// Per bulk density: p_c = P Y T, eta = H Y s, lam = B Y s, Gamma_c = Q Y s^3, where s = sqrt(T).
+  struct Coefficients {
+    double inverse_g;  // 1/G
+    double P;          // [-]
+    double H, B;       // [m]
+    double Q;          // [1/m]
+  };
+
+  explicit KineticTheory(const Case& c)
+      : KineticTheory(Parameters{
+            c.number("grains.diameter"), c.number("grains.density"),
+            c.number("grains.young_modulus"), c.number("grains.restitution"),
+            c.number("material.effective_restitution"), c.number("material.critical_void_ratio"),
+            c.number("material.loose_void_ratio"), c.number("material.collision_time_factor"),
+            c.number("material.correlation_factor"),
+            correlation(c.word("material.correlation_length")),
+            c.flag("material.bulk_viscosity")}) {}
+
+  explicit KineticTheory(const Parameters& given)
+      : parameters(given),
+        kap(24.0 / (5.0 * root_pi) * std::sqrt(given.density / given.young_modulus) *
+            given.collision_time_factor),
+        nu_c_(1.0 / (1.0 + given.critical_void_ratio)),
+        nu_m_(1.0 / (1.0 + given.loose_void_ratio)) {
+    const double en = given.restitution, ee = given.effective_restitution;
+    en1_ = 1.0 + en;
+    shear_ = 24.0 - 6.0 * (1.0 - en) * (1.0 - en) - 5.0 * (1.0 - en * en);
+    loss_ = 1.0 - ee * ee;
+    crowding_ = 26.0 * (1.0 - ee) / 15.0;
+  }
+
+  /// 1/G = (nu_c - nu)/(nu [(nu_c - nu)(1 - w) CS + 2 w]), w = ((nu - nu_m)/(nu_c - nu_m))^2
+  /// between nu_m and nu_c, CS = (2 - nu)/(2 (1 - nu)^3): Carnahan-Starling below nu_m, and the
+  /// pole at nu_c.
+  double inverse_g(double e) const {
+    const double nu = 1.0 / (1.0 + e);
+    if (nu >= nu_c_) return 0.0;
+    const double carnahan_starling = (2.0 - nu) / (2.0 * (1.0 - nu) * (1.0 - nu) * (1.0 - nu));
+    if (nu <= nu_m_) return 1.0 / (nu * carnahan_starling);
+    const double gap = nu_c_ - nu, root = (nu - nu_m_) / (nu_c_ - nu_m_), w = root * root;
+    return gap / (nu * (gap * (1.0 - w) * carnahan_starling + 2.0 * w));
+  }
+
+  double F(double inverse) const { return 0.5 * en1_ + 0.25 * inverse; }
+  double J(double inverse) const {
+    return 0.5 * en1_ + std::numbers::pi / 32.0 *
+                            (5.0 * inverse + 2.0 * en1_ * (3.0 * en1_ - 4.0)) *
+                            (5.0 * inverse + 4.0 * en1_) / shear_;
+  }
+
+  /// L/d: max{1, sqrt(2J/(15(1-ee^2))) [1 + 26(1-ee)/15 (nu - 0.49)/(nu_rcp - nu)]^(3/2)} above nu
+  /// = 0.49 [Berzi2014], or max{1, G^(1/3)/4 d gdot/sqrt(T)} capped at 10 [Jenkins2007]; 1 for
+  /// `none`.
+  double correlation_length(double e, double shear_rate, double s) const {
+    return correlation_length(e, inverse_g(e), J(inverse_g(e)), shear_rate, s);
+  }
+
+  Coefficients coefficients(double e, double shear_rate, double s) const {
+    const double d = parameters.diameter, i = inverse_g(e), j = J(i);
+    return {i, 4.0 * F(i), 8.0 * j * d / (5.0 * root_pi),
+            parameters.bulk_viscosity ? 4.0 * en1_ * d / (3.0 * root_pi) : 0.0,
+            12.0 * loss_ / (root_pi * d * correlation_length(e, i, j, shear_rate, s))};
+  }
+
+  /// Y = 1/(1/G + kap s)
+  double softened(const Coefficients& c, double s) const {
+    const double y = c.inverse_g + kap * s;
+    return y > 0.0 ? 1.0 / y : 0.0;
+  }
+
+  /// sqrt(T) at the end of a step. Backward Euler on (3/2) rho nu T_dot = sigma_c : D - Gamma_c,
+  /// times 1/Y:
+  ///     (3/2 kap + dt Q) s^3 + (3/2 /G - dt P trD) s^2
+  ///       - (3/2 kap T_old + dt (H gdot^2 + B trD^2)) s - 3/2 T_old/G = 0 .
+  /// The signs (+, any, -, -) leave exactly one positive root, for any step; the step's energies
+  /// balance.
+  double advance(const Coefficients& c, double s_old, double shear_rate2, double trD,
+                 double dt) const {
+    const double t_old = s_old * s_old;
+    const double c3 = 1.5 * kap + dt * c.Q, c2 = 1.5 * c.inverse_g - dt * c.P * trD;
+    const double c1 = -(1.5 * kap * t_old + dt * (c.H * shear_rate2 + c.B * trD * trD));
+    const double c0 = -1.5 * c.inverse_g * t_old;
+    if (c1 == 0.0 && c0 == 0.0) return 0.0;  // cold and at rest
+    // The cubic is convex to the right of its positive root, so Newton from there descends to it.
+    // From the old value too, where the cubic rises and curves upwards: its first step goes past
+    // the root.
+    double s = s_old;
+    if (!(3.0 * c3 * s + c2 > 0.0) || !((3.0 * c3 * s + 2.0 * c2) * s + 2.0 * c1 > 0.0))
+      s = std::max(
+          {3.0 * std::max(-c2, 0.0) / c3, std::sqrt(-3.0 * c1 / c3), std::cbrt(-3.0 * c0 / c3)});
+    for (int i = 0; i < 100; ++i) {
+      const double change =
+          (((c3 * s + c2) * s + c1) * s + c0) / ((3.0 * c3 * s + 2.0 * c2) * s + c1);
+      s -= change;
+      if (std::abs(change) <= 1e-9 * s)
+        break;  // quadratic convergence: what is left is below 1e-16
+    }
+    return s;
+  }
+
+  /// Below this solid fraction a point is empty space: no collisional stress [-].
+  static constexpr double void_fraction = 1e-4;
+  /// Random close packing of frictionless spheres and the packing above which velocities correlate
+  /// [Berzi2014].
+  static constexpr double nu_rcp = 0.636, nu_correlated = 0.49;
+  static constexpr double root_pi = 1.77245385090551602730;
+
+  Parameters parameters;
+  double kap;  // [s/m]
+
+ private:
+  static Correlation correlation(const std::string& word) {
+    return word == "berzi"     ? Correlation::berzi
+           : word == "jenkins" ? Correlation::jenkins
+                               : Correlation::none;
+  }
+
+  double correlation_length(double e, double inverse, double j, double shear_rate, double s) const {
+    double length = 1.0;
+    const double nu = 1.0 / (1.0 + e);
+    if (parameters.correlation == Correlation::berzi && nu > nu_correlated && loss_ > 0.0) {
+      const double x = 1.0 + crowding_ * (nu - nu_correlated) / std::max(nu_rcp - nu, 1e-3);
+      length = std::sqrt(2.0 * j / (15.0 * loss_) * x) * x;
+    } else if (parameters.correlation == Correlation::jenkins && shear_rate > 0.0) {
+      constexpr double cap = 10.0;
+      // length <= cap wherever d gdot/4 <= cap G^(-1/3) s
+      const double pull = 0.25 * parameters.diameter * shear_rate, room = std::cbrt(inverse) * s;
+      length = pull < cap * room ? pull / room : cap;
+    }
+    return 1.0 + parameters.correlation_factor * (std::max(length, 1.0) - 1.0);
+  }
+
+  double nu_c_, nu_m_;
+  double en1_, shear_, loss_, crowding_;
+};
+
+/// Effective restitution of frictional grains [Jenkins2002]: normal restitution, friction, and the
+/// tangential restitution beta_0 of sticking collisions.
+inline double effective_restitution(double en, double mu, double beta_0) {
+  if (mu == 0.0) return en;
+  const double mu0 = 3.5 * mu * (1.0 + en) / (1.0 + beta_0), m2 = mu0 * mu0;
+  const double A = 0.5 * std::numbers::pi * mu0 * (1.0 - 2.0 / std::numbers::pi * std::atan(mu0));
+  const double a1 = mu / mu0 * (2.0 * A + 2.0 * m2 / (1.0 + m2) * (1.0 - 2.0 * mu / mu0));
+  const double a2 = 2.5 * mu / mu0 * (A + (m2 - m2 * m2) / ((1.0 + m2) * (1.0 + m2)));
+  const double b1 = mu * mu / (1.0 + m2), b2 = 0.5 * mu / mu0 * (A + m2 / (1.0 + m2));
+  return en - 0.5 * (a1 - a2 * b1 / b2);
+}
+
+}  // namespace grainpair
