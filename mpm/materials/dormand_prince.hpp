@@ -35,6 +35,10 @@ class DormandPrince {
       return finish(
           model_.implicit({now.strain, regime}, (1.0 - t) * increment, path.void_ratio(t), e));
     };
+    const auto spent = [&](double pressure_before) {
+      const double p = trace(now.stress) / 3.0;
+      return p <= release_pressure && p < pressure_before;
+    };
     const auto release = [&] {
       now.dissipated += model_.elasticity.energy(now.strain);
       const QuasiStaticResponse r = model_.open(0.0, path.void_ratio(t));
@@ -53,8 +57,8 @@ class DormandPrince {
           return finish(model_.open(trace(now.strain) + (1.0 - t) * trace(increment), e));
         const double next = contact + (1.0 - contact) * first_step;
         const QuasiStaticResponse first =
-            model_.implicit({now.strain, regime}, (next - t) * increment, path.void_ratio(t),
-                            path.void_ratio(next));
+            model_.implicit({SymTensor::Zero(), regime}, (next - contact) * increment,
+                            path.void_ratio(contact), path.void_ratio(next));
         now = {first.state.strain, first.stress, now.dissipated + first.dissipated};
         regime = first.state.regime;
         t = next, h = 1.0 - t;
@@ -65,11 +69,12 @@ class DormandPrince {
       if (trace(trial) > 0.0 && model_.holds(trial))
         return finish(model_.loaded(trial, visco_elastic));
       if (const double fraction = path.elastic_fraction(now, t); fraction > 0.0) {
+        const double pressure = trace(now.stress) / 3.0;
         now.strain += fraction * (1.0 - t) * increment;
         now.stress = model_.elasticity.stress(now.strain);
         t += fraction * (1.0 - t), h = 1.0 - t;
         regime = visco_plastic;
-        if (trace(now.stress) / 3.0 <= release_pressure) release();
+        if (spent(pressure)) release();
         continue;
       }
 
@@ -81,7 +86,7 @@ class DormandPrince {
       if (regime == critical)  // p_cs falls to zero at e_c: halve the way there
         h = std::min(h,
                      std::max(0.5 * (path.meets_critical_void_ratio(t, true) - t), smallest_step));
-      const double gap = path.gap(now, t);
+      const double gap = path.gap(now, t), pressure = trace(now.stress) / 3.0;
       Point next;
       double growth = 5.0;
       for (;;) {
@@ -105,7 +110,7 @@ class DormandPrince {
       t = t + h > 1.0 - smallest_step ? 1.0 : t + h;
       now = next;
       path.correct_drift(now, t, mode == Mode::following || (watched && path.on_locus(now, t)));
-      if (trace(now.stress) / 3.0 <= release_pressure) release();
+      if (spent(pressure)) release();
       h *= growth;
     }
     return finish(now.stress.isZero(0.0) ? model_.open(trace(now.strain), e)

@@ -69,7 +69,10 @@ class QuasiStatic {
                                double e_old, double e) const {
     if (old.regime == collisional && e >= locus.e_c) return open(0.0, e);
     const auto before = elasticity.evaluate(old.strain);
-    const SymTensor trial = old.strain + increment;
+    SymTensor trial = old.strain + increment;
+    if (trace(old.strain) < 0.0 &&
+        trace(trial) > 0.0)  // sheared in contact for part of the step only
+      trial -= (1.0 - trace(trial) / trace(increment)) * deviator(increment);
     if (trace(trial) <= 0.0) return released(before, increment, trace(trial), e);
     if (holds(trial)) {
       QuasiStaticResponse r = loaded(trial, visco_elastic);
