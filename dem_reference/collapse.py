@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from math import sqrt
 from pathlib import Path
 
-import h5py
+from compare.errors import EngineError
 
 from . import scene
 from .audit import Audit
 from .contacts import Snapshot
 from .engine import Liggghts
-from .errors import EngineError
 from .grains import Grains, time_step
 from .lifetimes import Lifetimes
 from .output import Result
@@ -108,14 +107,19 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
         if reason == "rest":
             break
     lifetimes.finish()
-    result.energy(audit)
+    result.history(audit.rows)
+    result.lifetimes(audit)
+    finish(result, packing, case, shot, plan, reason, step, audit.force_error, time.process_time() - began[1],
+           time.monotonic() - began[0])
+
+
+def finish(result: Result, packing: Path, case: dict, shot: Snapshot, plan: Plan, reason: str, step: int, force_error: float,
+           cpu: float, wall: float) -> None:
+    """Closes a result with its packing and what is known only at the end."""
     result.packing(packing / "packing.h5")
-    cpu = time.process_time() - began[1]
-    with h5py.File(packing / "packing.h5") as made:
-        packing_cpu = float(made.attrs["cpu_seconds"])
-    beyond = shot.atoms["x"][shot.mobile][:, 0] > geometry["floor_length"]
+    packing_cpu = float(result.file["packing"].attrs["cpu_seconds"])
+    beyond = shot.atoms["x"][shot.mobile][:, 0] > case["geometry"]["floor_length"]
     result.file.attrs.update(
-        end_reason=reason, time_scale=plan.scale, cpu_seconds=cpu + packing_cpu, cpu_seconds_collapse=cpu,
-        cpu_seconds_packing=packing_cpu, wall_seconds=time.monotonic() - began[0], force_error=audit.force_error,
-        grains_beyond_floor=int(beyond.sum()), steps=step)
+        end_reason=reason, steps=step, time_scale=plan.scale, cpu_seconds=cpu + packing_cpu, cpu_seconds_collapse=cpu,
+        cpu_seconds_packing=packing_cpu, wall_seconds=wall, force_error=force_error, grains_beyond_floor=int(beyond.sum()))
     result.file.close()

@@ -1,20 +1,15 @@
 """LIGGGHTS as a library: commands in, arrays out. One instance per process, which LIGGGHTS ends on any input error."""
 
 import ctypes
-import ctypes.util
 from pathlib import Path
 
 import numpy as np
 
-from .errors import EngineError
+from compare.errors import EngineError
+
 
 LIBRARY = "libliggghts.so.3"
-# compute pair/gran/local id history delta: ids of the two grains and the periodic flag, spring s (3), overlap.
-CONTACT_COMMANDS = """
-compute pairs all pair/gran/local id history delta
-compute id_sum all reduce sum c_pairs[1]
-"""
-CONTACT_COLUMNS = 7
+CONTACT_COLUMNS = 7  # of `compute pairs`, see scripts/bodies.in
 
 
 def load_library() -> ctypes.CDLL:
@@ -72,10 +67,17 @@ class Liggghts:
             out[name] = np.ctypeslib.as_array((ctypes.c_int * n).from_address(pointer)).copy()
         return out
 
+    def set_velocities(self, v: np.ndarray) -> None:
+        """Overwrites the velocities (n, 3) [m/s], in the engine's order."""
+        self._view("v", len(v))[:] = v
+
     def _vectors(self, name: str, n: int) -> np.ndarray:
+        return self._view(name, n).copy()
+
+    def _view(self, name: str, n: int) -> np.ndarray:
         pointer = self.library.lammps_extract_atom(self._instance, name.encode())
         first_row = ctypes.c_void_p.from_address(pointer).value
-        return np.ctypeslib.as_array((ctypes.c_double * (3 * n)).from_address(first_row)).reshape(n, 3).copy()
+        return np.ctypeslib.as_array((ctypes.c_double * (3 * n)).from_address(first_row)).reshape(n, 3)
 
     def scalar(self, compute: str) -> float:
         """Value of a global compute."""

@@ -1,7 +1,7 @@
 """A settled packing as fields on cells of about 2.5 grain diameters: what a continuum needs to start from the same state.
 
-Cells cut the spheres exactly, and a contact's force times branch is shared among cells along the branch, so mass is
-conserved to round-off, the sum of stress times volume too, and walls blur nothing.
+Cells cut the spheres exactly, and a contact's force times branch is shared among cells along the branch, the part inside the
+base left out; so mass is conserved to round-off, the stress carries the weight above, and walls blur nothing.
 """
 
 import numpy as np
@@ -57,9 +57,10 @@ def fields(shot: Snapshot, length: float, height: float, thickness: float) -> di
     stress = np.zeros((nx * ny, 3, 3))
     for share in along:
         point = start - share * branch
-        a = np.clip(np.searchsorted(x_faces, point[:, 0]) - 1, 0, nx - 1)
-        b = np.clip(np.searchsorted(y_faces, point[:, 1]) - 1, 0, ny - 1)
-        np.add.at(stress, a * ny + b, moment / POINTS_ON_BRANCH)
+        above = point[:, 1] > 0
+        a = np.clip(np.searchsorted(x_faces, point[above, 0]) - 1, 0, nx - 1)
+        b = np.clip(np.searchsorted(y_faces, point[above, 1]) - 1, 0, ny - 1)
+        np.add.at(stress, a * ny + b, moment[above] / POINTS_ON_BRANCH)
     stress = stress.reshape(nx, ny, 3, 3) / cell_volume[..., None, None]
     for name, (i, j) in COMPONENTS.items():
         out[f"stress_{name}"] = (stress[..., i, j] + stress[..., j, i]) / 2

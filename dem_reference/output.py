@@ -84,13 +84,16 @@ class Result:
         for part in parts:
             part.attrs.update(unitSI=1.0, unit=unit)
 
-    def energy(self, audit: Audit) -> None:
-        """The history and the split of the dissipation by contact lifetime."""
+    def history(self, rows: dict) -> None:
+        """The energies over time, one dataset per name of audit.DOCS."""
         group = self.file.create_group("energy")
-        for name, values in audit.rows.items():
+        for name, values in rows.items():
             unit, doc = DOCS[name]
             group[name] = np.array(values)
             group[name].attrs.update(unit=unit, doc=doc)
+
+    def lifetimes(self, audit: Audit) -> None:
+        """The split of the dissipation by contact lifetime."""
         lifetimes = audit.lifetimes
         group = self.file.create_group("lifetime")
         group.attrs.update(unit_time=lifetimes.unit, interval=lifetimes.interval,

@@ -23,10 +23,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from compare.errors import EngineError
+
 from . import scene
 from .contacts import Snapshot
 from .engine import Liggghts
-from .errors import EngineError
 from .grains import Grains, time_step
 from .initial_state import box_stress, fields
 from .process import run_engine

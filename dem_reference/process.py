@@ -7,7 +7,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from .errors import EngineError, InputError
+from compare.errors import CaseError, EngineError
+
 
 
 def _child(pipe, work: Callable, arguments: tuple, errors: Path) -> None:
@@ -18,7 +19,7 @@ def _child(pipe, work: Callable, arguments: tuple, errors: Path) -> None:
         work(*arguments, lambda done, text: pipe.send(("progress", done, text)))
         usage = resource.getrusage(resource.RUSAGE_SELF)
         pipe.send(("done", usage.ru_utime + usage.ru_stime))
-    except (InputError, EngineError) as error:
+    except (CaseError, EngineError) as error:
         pipe.send(("failed", type(error), str(error)))
     pipe.close()
     sys.stdout.flush()

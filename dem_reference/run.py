@@ -1,11 +1,13 @@
 """The grains' side of a paired run: CASE -> dem.h5.
 
     python3 -m dem_reference.run CASE -o dem.h5 [--set key=value]... [--seed N] [--quiet] [--progress]
+        [--driver library|script] [--ranks N]
 """
 
 import argparse
 import os
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -13,12 +15,14 @@ from pathlib import Path
 
 import h5py
 
-from compare.case import Case, CaseError, load
+from compare.case import Case, load
+from compare.errors import CaseError, EngineError
 
 from . import packing
 from .collapse import Plan, collapse
-from .errors import EngineError, InputError
+from .grains import Grains
 from .process import run_engine
+from .script import collapse_by_script
 
 PACKING_SHARE = 0.35  # of a run's work, roughly
 STORE = Path(__file__).resolve().parents[1] / "runs" / "packings"
@@ -41,7 +45,7 @@ class Progress:
             print(f"progress {self._done:.4f} {text}", flush=True)
 
 
-def run(case: Case, output: Path, seed: int, store: Path, progress: Progress, command: str) -> None:
+def run(case: Case, output: Path, seed: int, store: Path, progress: Progress, command: str, script: bool, ranks: int) -> None:
     """Packing, collapse and result file; the file appears complete or not at all."""
     tables = packing.dict_of(case)
     refuse(tables)
@@ -51,10 +55,14 @@ def run(case: Case, output: Path, seed: int, store: Path, progress: Progress, co
     try:
         with h5py.File(settled / "packing.h5") as made:
             version = made.attrs["engine_version"]
-        attributes = {"seed": seed, "case": case.text, "case_resolved": case.resolved, "command": command, "threads": 1,
+        attributes = {"seed": seed, "case": case.text, "case_resolved": case.resolved, "command": command, "threads": ranks,
                       "engine_version": version}
         log, target = work / "log", work / output.name
-        run_engine(collapse, (tables, settled, log, target, attributes), log, progress.part(PACKING_SHARE, 0.99))
+        report = progress.part(PACKING_SHARE, 0.99)
+        if script or ranks > 1:
+            collapse_by_script(tables, settled, log, target, attributes, ranks, report)
+        else:
+            run_engine(collapse, (tables, settled, log, target, attributes), log, report)
         os.replace(target, output)
     finally:
         shutil.rmtree(work, ignore_errors=True)
@@ -63,8 +71,13 @@ def run(case: Case, output: Path, seed: int, store: Path, progress: Progress, co
 
 def refuse(case: dict) -> None:
     """What the grains cannot do."""
-    if case["geometry"]["dimension"] == "axisymmetric":
-        raise InputError("geometry.dimension: the grains have no axisymmetric column (plane_strain and three_dimensional only)")
+    geometry, d = case["geometry"], Grains.of(case).diameter
+    if geometry["dimension"] == "axisymmetric":
+        raise CaseError("geometry.dimension: the grains have no axisymmetric column (plane_strain and three_dimensional only)")
+    for name, least in (("thickness", 2), ("length", 4), ("height", 4)):
+        if geometry[name] < least * d:
+            raise CaseError(f"geometry.{name}: {geometry[name]:g} m is less than {least} grain diameters of {d:g} m "
+                            "(grains would meet their own images, or nothing could be poured)")
 
 
 def main(words: list[str] | None = None) -> int:
@@ -74,19 +87,24 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override a key of the case")
     parser.add_argument("--seed", type=int, default=1, help="of base, packing and all random numbers (default 1)")
     parser.add_argument("--packings", type=Path, default=STORE, help="folder that keeps settled packings for reuse")
+    parser.add_argument("--driver", choices=["library", "script"], default="library",
+                        help="drive LIGGGHTS as a library, which splits the dissipation, or by a plain script")
+    parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of the collapse; more than one takes the script")
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     parser.add_argument("--progress", action="store_true", help="print `progress <fraction> <text>` lines")
     options = parser.parse_args(words)
     command = " ".join(["python3 -m dem_reference.run", *(sys.argv[1:] if words is None else words)])
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # so that everything is cleaned up
     try:
         options.output.parent.mkdir(parents=True, exist_ok=True)
-        run(load(options.case, options.set), options.output, options.seed, options.packings, Progress(options.progress), command)
-    except (CaseError, InputError, OSError) as error:
+        run(load(options.case, options.set), options.output, options.seed, options.packings, Progress(options.progress),
+            command, options.driver == "script", options.ranks)
+    except (CaseError, OSError) as error:
         print(error, file=sys.stderr)
         return 2
     except EngineError as error:
         print(error, file=sys.stderr)
-        return error.exit_code
+        return 3
     return 0
 
 

@@ -1,0 +1,317 @@
+"""The grains' side of a run, end to end with the real LIGGGHTS, on the smallest column."""
+
+import hashlib
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from compare.case import load
+from compare.errors import EngineError
+from dem_reference import engine, packing
+from dem_reference.process import run_engine
+from dem_reference.run import Progress, main
+
+CASE = "cases/column_ci"
+SHORT = ["--set", "time.maximum=1.0", "--quiet"]
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    return tmp_path_factory.mktemp("packings")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, store):
+    """The case as it stands, from pouring to the end."""
+    path = tmp_path_factory.mktemp("whole") / "dem.h5"
+    assert main([CASE, "-o", str(path), "--packings", str(store), "--quiet"]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def audited(tmp_path_factory, store, whole):
+    """The collapse's livelier half, every step audited."""
+    path = tmp_path_factory.mktemp("audited") / "dem.h5"
+    words = ["--set", "time.maximum=1.5", "--set", "dem.audit_interval=1", "--quiet"]
+    assert main([CASE, "-o", str(path), "--packings", str(store), *words]) == 0
+    return path
+
+
+def digest(path: Path) -> str:
+    """Hash of every number of the frames and the energy history."""
+    total = hashlib.sha256()
+    with h5py.File(path) as file:
+        for root in ("data", "energy", "packing"):
+            file[root].visititems(lambda name, item: total.update(name.encode() + item[()].tobytes())
+                                  if isinstance(item, h5py.Dataset) else None)
+    return total.hexdigest()
+
+
+def energies(path: Path) -> dict:
+    with h5py.File(path) as file:
+        return {name: values[()] for name, values in file["energy"].items()}
+
+
+def released(energy: dict) -> float:
+    return energy["potential"][0] - energy["potential"][-1]
+
+
+def test_the_column_collapses(whole):
+    """It spreads by more than half its length and loses potential energy, and no grain is lost."""
+    with h5py.File(whole) as file:
+        first, last = (file[f"data/{step}/particles/cloud"] for step in (0, max(map(int, file["data"]))))
+        length = load(CASE)["geometry.length"]
+        grains = first["kind"][()] == 1
+        assert np.quantile(first["position/x"][()][grains], 0.98) < length
+        assert np.quantile(last["position/x"][()][grains], 0.98) > 1.5 * length
+        assert np.array_equal(first["id"][()], last["id"][()])
+        assert grains.sum() == file["packing"].attrs["grains"]
+    energy = energies(whole)
+    assert np.all(np.isfinite([energy[name][-1] for name in energy]))
+    assert 0 < energy["kinetic"].max() < released(energy) < energy["potential"][0]
+
+
+def test_the_file_follows_the_contract(whole):
+    with h5py.File(whole) as file:
+        for name in ("openPMD", "engine_version", "commit", "seed", "case", "case_resolved", "command", "threads", "cpu_seconds",
+                     "wall_seconds", "time_scale", "end_reason"):
+            assert name in file.attrs, name
+        assert file.attrs["case"] == Path(CASE, "case.toml").read_text()
+        assert "LIGGGHTS" in file.attrs["engine_version"]
+        for step in file["data"]:
+            frame = file[f"data/{step}"]
+            assert {"time", "dt", "timeUnitSI"} <= set(frame.attrs)
+            cloud = frame["particles/cloud"]
+            n = cloud["id"].shape[0]
+            for record in ("position", "positionOffset", "velocity", "angular_velocity"):
+                for axis in "xyz":
+                    assert cloud[f"{record}/{axis}"].shape == (n,)
+                    assert cloud[f"{record}/{axis}"].attrs["unit"]
+            assert frame["contacts/first"].shape == frame["contacts/force/x"].shape == frame["contacts/dissipation"].shape
+        rows = {values.shape for values in file["energy"].values()}
+        assert len(rows) == 1
+        assert all({"unit", "doc"} <= set(values.attrs) for values in file["energy"].values())
+        assert file["packing"].attrs["mass"] == pytest.approx(
+            cloud["mass"][()][cloud["kind"][()] == 1].sum(), rel=1e-12)
+
+
+def test_forces_stand_for_the_weight_at_release(whole):
+    """The packing is at rest: base and walls carry the grains' weight, and contact forces know nothing else."""
+    with h5py.File(whole) as file:
+        frame = file["data/0"]
+        cloud, contacts = frame["particles/cloud"], frame["contacts"]
+        kind = dict(zip(cloud["id"][()], cloud["kind"][()]))
+        first, second = contacts["first"][()], contacts["second"][()]
+        force = contacts["force/y"][()]
+        on_base = np.array([kind.get(b, 0) == 3 for b in second])
+        from_base = np.array([kind[a] == 3 for a in first])
+        lift = force[on_base].sum() - force[from_base].sum() + force[second == -3].sum()
+        weight = file["packing"].attrs["mass"] * load(CASE)["geometry.gravity"]
+    # at rest to a mean kinetic energy of 1e-6 m g d: the acceleration left is of order 1e-3 g
+    assert lift == pytest.approx(weight, rel=5e-3)
+
+
+def test_every_contact_force_is_rebuilt_to_round_off(whole):
+    """The largest force on a grain is some 1e-2 N; 1e-12 N is 1e-8 of a grain's weight."""
+    with h5py.File(whole) as file:
+        assert file.attrs["force_error"] < 1e-12
+
+
+def test_the_balance_closes_to_a_thousandth_when_every_step_is_audited(audited):
+    energy = energies(audited)
+    assert np.abs(energy["unaccounted"]).max() < 1e-3 * released(energy)
+    assert energy["dissipated"][-1] > 0.3 * released(energy)  # there was something to account for
+
+
+def test_the_balance_is_not_closed_by_construction(audited):
+    """Without the tangential part, a third of the released energy would be missing."""
+    energy = energies(audited)
+    missing = energy["unaccounted"] + energy["dissipated_tangential"]
+    assert missing[-1] > 0.2 * released(energy)
+
+
+def test_sampled_dissipation_closes_within_its_scatter(whole):
+    """Some 5000 contact samples per energy row: a few per cent for so few grains; the seed's column has twenty times more."""
+    energy = energies(whole)
+    assert np.abs(energy["unaccounted"]).max() < 0.05 * released(energy)
+
+
+def test_both_splits_of_the_dissipation_are_complete(whole, audited):
+    for path in (whole, audited):
+        energy = energies(path)
+        pairs = energy["dissipated_normal"] + energy["dissipated_tangential"]
+        assert energy["dissipated_short"] + energy["dissipated_enduring"] == pytest.approx(pairs, abs=1e-12 * released(energy))
+        assert energy["dissipated"] == pytest.approx(pairs + energy["dissipated_wall"], abs=1e-12 * released(energy))
+        assert energy["dissipated_base"][-1] < pairs[-1]
+        with h5py.File(path) as file:
+            classes = file["lifetime/dissipated_normal"][()].sum() + file["lifetime/dissipated_tangential"][()].sum()
+        assert classes == pytest.approx(pairs[-1], rel=1e-9)
+
+
+def test_the_packing_is_what_was_asked_for(whole):
+    case = load(CASE)
+    with h5py.File(whole) as file:
+        made = file["packing"]
+        assert abs(made.attrs["void_ratio"] - case["initial.void_ratio"]) <= case["dem.void_ratio_tolerance"]
+        assert made["profile_mass"][()].sum() == pytest.approx(made.attrs["mass"], rel=1e-9)
+        weight = made.attrs["mass"] * case["geometry.gravity"]
+        width = case["geometry.length"] * case["geometry.thickness"]
+        # vertical stress of the lowest cells, half a cell above the base, against the weight above it
+        lowest = made["profile_stress_yy"][()][:, 0].mean()
+        half_cell = made["profile_mass"][()][:, 0].sum() / 2 / made.attrs["mass"]
+        assert lowest == pytest.approx((1 - half_cell) * weight / width, rel=0.1)
+
+
+def test_a_seed_gives_the_same_bits_again(whole, tmp_path):
+    """From pouring on, in a store of its own."""
+    assert main([CASE, "-o", str(tmp_path / "dem.h5"), "--packings", str(tmp_path / "new"), "--quiet"]) == 0
+    with h5py.File(tmp_path / "dem.h5", "a") as file:
+        del file["packing/attempts"]
+    with h5py.File(whole, "a") as file:
+        file.move("packing/attempts", "attempts")
+    assert digest(tmp_path / "dem.h5") == digest(whole)
+    with h5py.File(whole, "a") as file:
+        file.move("attempts", "packing/attempts")
+
+
+def test_the_script_runs_the_same_trajectory_bit_for_bit(tmp_path, store, whole):
+    paths = {driver: tmp_path / f"{driver}.h5" for driver in ("library", "script")}
+    for driver, path in paths.items():
+        assert main([CASE, "-o", str(path), "--packings", str(store), "--driver", driver, *SHORT]) == 0
+    with h5py.File(paths["library"]) as ours, h5py.File(paths["script"]) as theirs:
+        assert list(ours["data"]) == list(theirs["data"])
+        for step in ours["data"]:
+            for record in ("position", "velocity", "angular_velocity"):
+                for axis in "xyz":
+                    name = f"data/{step}/particles/cloud/{record}/{axis}"
+                    assert np.array_equal(ours[name][()], theirs[name][()]), name
+        for name in ("kinetic", "potential", "rotational"):
+            assert ours[f"energy/{name}"][()] == pytest.approx(theirs[f"energy/{name}"][()], rel=1e-12, abs=1e-20)
+
+
+def test_progress_rises_to_one(capfd, tmp_path, store, whole):
+    words = [CASE, "-o", str(tmp_path / "dem.h5"), "--packings", str(store), "--progress", "--set", "time.maximum=0.3"]
+    assert main(words) == 0
+    lines = capfd.readouterr().out.splitlines()
+    done = [float(line.split()[1]) for line in lines]
+    assert all(line.startswith("progress ") for line in lines)
+    assert done == sorted(done) and done[-1] == 1.0
+
+
+def run(*words):
+    return subprocess.run([sys.executable, "-m", "dem_reference.run", CASE, *words], capture_output=True, text=True, check=False)
+
+
+def test_a_step_above_the_contact_limit_is_bad_input(tmp_path):
+    done = run("-o", str(tmp_path / "dem.h5"), "--set", "dem.time_step_fraction=0.4")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert len(done.stderr.splitlines()) == 1 and "contact limit" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_engine_is_said_in_one_line(monkeypatch):
+    monkeypatch.setattr(engine, "LIBRARY", "libno_such_engine.so.3")
+    with pytest.raises(EngineError, match="libno_such_engine.so.3 cannot be loaded .* install"):
+        engine.load_library()
+
+
+def bad_command(folder, report):
+    engine.Liggghts(folder / "log").commands("units si\natom_style granular\nno_such_command 1 2 3")
+
+
+def test_the_engines_own_error_line_is_reported(tmp_path):
+    with pytest.raises(EngineError, match="LIGGGHTS: stopped with code 1 .*Unknown command: no_such_command"):
+        run_engine(bad_command, (tmp_path,), tmp_path / "log", lambda done, text: None)
+
+
+def test_a_slab_thinner_than_the_grains_is_bad_input(tmp_path):
+    done = run("-o", str(tmp_path / "dem.h5"), "--set", "geometry.thickness=0.003")
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert "geometry.thickness" in done.stderr
+
+
+def by_script_with(path, tmp_path, store, monkeypatch, capfd):
+    monkeypatch.setenv("PATH", str(path))
+    code = main([CASE, "-o", str(tmp_path / "dem.h5"), "--packings", str(store), "--driver", "script", *SHORT])
+    left = [found.name for found in tmp_path.iterdir() if found != path]
+    return code, capfd.readouterr().err.splitlines(), left
+
+
+def test_no_engine_on_the_path_ends_with_code_3(tmp_path, store, whole, monkeypatch, capfd):
+    code, said, left = by_script_with(tmp_path / "bin", tmp_path, store, monkeypatch, capfd)
+    assert (code, len(said), left) == (3, 1, [])
+    assert "not installed" in said[0]
+
+
+def test_a_crashing_engine_ends_with_code_3_and_its_own_words(tmp_path, store, whole, monkeypatch, capfd):
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    (folder / "liggghts").write_text("#!/bin/sh\necho 'ERROR on proc 0: Box bounds are invalid'\nexit 1\n")
+    (folder / "liggghts").chmod(0o755)
+    (folder / "stdbuf").symlink_to(shutil.which("stdbuf"))
+    code, said, left = by_script_with(folder, tmp_path, store, monkeypatch, capfd)
+    assert (code, len(said), left) == (3, 1, [])
+    assert "Box bounds are invalid" in said[0]
+
+
+def lose_a_grain(case, folder, report):
+    """A box with fixed faces and no floor: the grain falls out."""
+    lines = """units si
+atom_style granular
+atom_modify map array
+boundary f f f
+newton off
+communicate single vel yes
+region domain block 0 0.1 0 0.1 0 0.1 units box
+create_box 1 domain
+neighbor 0.0004 bin
+fix young all property/global youngsModulus peratomtype 5e6
+fix poisson all property/global poissonsRatio peratomtype 0.3
+fix restitution all property/global coefficientRestitution peratomtypepair 1 0.9
+fix friction all property/global coefficientFriction peratomtypepair 1 0.5
+pair_style gran model hertz tangential history
+pair_coeff * *
+create_atoms 1 single 0.05 0.01 0.05 units box
+set type 1 density 2500 diameter 0.002
+fix gravity all gravity 9.81 vector 0 -1 0
+fix motion all nve/sphere
+thermo_style custom step atoms
+thermo_modify lost error norm no
+thermo 100
+timestep 1e-4
+run 10000
+"""
+    engine.Liggghts(folder / "log").commands(lines)
+
+
+def test_lost_grains_stop_the_run(tmp_path):
+    with pytest.raises(EngineError, match="(?i)lost atoms"):
+        run_engine(lose_a_grain, ({}, tmp_path), tmp_path / "log", lambda done, text: None)
+
+
+def test_the_search_moves_towards_the_void_ratio_asked_for():
+    friction, damping = packing.next_try(1.0, 1.0, 0.70, 0.71)
+    assert friction > 1.0 and damping == 1.0
+    assert packing.next_try(1.0, 1.0, 0.72, 0.71)[0] < 1.0
+    assert packing.next_try(2.0, 1.0, 0.70, 0.71) == (2.0, 1.5)
+
+
+def test_different_seeds_make_different_packings():
+    case = packing.dict_of(load(CASE))
+    assert packing.fingerprint(case, 1) != packing.fingerprint(case, 2)
+    case["dem"]["audit_interval"] = 7
+    assert packing.fingerprint(case, 1) == packing.fingerprint(packing.dict_of(load(CASE)), 1)
+
+
+def test_progress_never_falls(capsys):
+    progress = Progress(True)
+    progress.part(0, 0.5)(1.0, "first")
+    progress.part(0, 0.5)(0.1, "late")
+    progress.part(0, 1)(1.0, "done")
+    done = [float(line.split()[1]) for line in capsys.readouterr().out.splitlines()]
+    assert done == sorted(done)
