@@ -70,7 +70,7 @@ def evidence(cases: Path, choose=lambda rows: rows) -> tuple[list[Block], Grains
             raise CaseError(f"{case.path}: its grains differ from the other tests' (a card belongs to one kind of grain)")
         grains = case.grains
         if test == "cooling":  # denser, the law's contact value is that of sheared grains, which a cooling gas does not have
-            rows = [row for row in rows if row["solid_fraction"] <= DILUTE]
+            rows = [row for row in rows if row["friction"] > 0 and row["solid_fraction"] <= DILUTE]
         blocks += globals()[f"{test}_blocks"](rows, choose)
     return blocks, grains
 
@@ -113,19 +113,24 @@ def haff_slope(rows: list[dict]) -> float:
 
 
 def cooling_blocks(rows, choose) -> list[Block]:
-    """Frictional gases only: a card's effective restitution stands for friction."""
-    points = by_point([row for row in rows if row["friction"] > 0], ("solid_fraction",), choose)
-    pairs = [mean_and_error([haff_slope(seed) for seed in seeds], 0.02) for seeds in points.values()]
-    measured, error = np.array(pairs).T
-    nu = np.array([point[0] for point in points])
-    ends = np.array([[np.mean([seed[at]["temperature"] for seed in seeds]) for at in (len(seeds[0]) // 2, -1)]
-                     for seeds in points.values()]).T
+    """With friction the card's effective restitution is judged, without it plain kinetic theory."""
+    blocks = []
+    for kind, chosen, law in (("cooling rate", [row for row in rows if row["friction"] > 0], lambda model: model),
+                              ("frictionless cooling rate", [row for row in rows if row["friction"] == 0], Model.frictionless)):
+        if not chosen:
+            continue
+        points = by_point(chosen, ("solid_fraction",), choose)
+        nu = np.array([point[0] for point in points])
+        measured, error = np.array([mean_and_error([haff_slope(seed) for seed in seeds], 0.02) for seeds in points.values()]).T
+        ends = np.array([[np.mean([seed[at]["temperature"] for seed in seeds]) for at in (len(seeds[0]) // 2, -1)]
+                         for seeds in points.values()]).T
 
-    def predict(model: Model) -> np.ndarray:
-        first, last = (model.cooling_time(nu, 1.0, T) for T in ends)
-        return np.log((ends[1] ** -0.5 - ends[0] ** -0.5) / (last - first))
+        def predict(model: Model, nu=nu, ends=ends, law=law) -> np.ndarray:
+            first, last = (law(model).cooling_time(nu, 1.0, T) for T in ends)
+            return np.log((ends[1] ** -0.5 - ends[0] ** -0.5) / (last - first))
 
-    return [Block("cooling rate", [f"nu {x:g}" for x in nu], measured, error, MODEL_ERROR, predict)]
+        blocks.append(Block(kind, [f"nu {x:g}" for x in nu], measured, error, MODEL_ERROR, predict))
+    return blocks
 
 
 def triaxial_blocks(rows, choose) -> list[Block]:

@@ -61,6 +61,12 @@ class Model:
     def nu_c(self) -> float:
         return 1 / (1 + self.card.critical_void_ratio)
 
+    def frictionless(self) -> "Model":
+        """Plain kinetic theory for mu = 0: e_n dissipates, and the contact value diverges at random close packing."""
+        card = self.card.with_values(effective_restitution=self.grains.restitution, correlation_length="none",
+                                     critical_void_ratio=1 / RANDOM_CLOSE - 1)
+        return Model(card, self.grains)
+
     # --- collisional part -------------------------------------------------------------------------------------------------
 
     def inverse_G(self, nu):

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from compare import calibration
+from compare import element_cross_check as cross_check
 from compare.element_errors import table, verdicts
 from compare.element_model import Card, Model
 from compare.errors import CaseError, EngineError
@@ -35,6 +36,9 @@ def arguments(parser):
 
 def run(options) -> int:
     case = Case(options.case)
+    if case.test not in calibration.TESTS:
+        raise CaseError(f"{case.path}: the law has no counterpart of a {case.test} test (it is a check of the engines) "
+                        f"use one of {', '.join(calibration.TESTS)}")
     models = {name: Model(Card.read(name), case.grains) for name in options.card or CARDS}
     rows = campaign.run_point(case, campaign.quick_point(case)) if options.quick else reference(case, options.cores)
     measured = [row for row in rows if row["status"] == "measured"]
@@ -46,6 +50,9 @@ def run(options) -> int:
     blocks = getattr(calibration, f"{case.test}_blocks")(measured, lambda seeds: seeds)
     errors = table(blocks, models)
     sentences = verdicts(errors) + [f"not measured: {reason}" for reason in failed]
+    if case.test == "shear" and not options.quick:
+        walls = records.read(campaign.reference_file(Case(ROOT / "cases" / "bumpy_shear")))
+        sentences += cross_check.sentences([row for row in walls if row["status"] == "measured"], measured, case.grains.density)
     files = importlib.import_module(f"compare.charts.element.{case.test}").draw(measured, models, out / case.test)
     write(out / "errors.csv", lambda file: write_csv(file, errors))
     write(out / "errors.json", lambda file: json.dump({"title": case["title"], "verdicts": sentences, "errors": errors}, file, indent=1))

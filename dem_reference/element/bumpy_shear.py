@@ -1,7 +1,8 @@
 """Simple shear between bumpy walls, in LIGGGHTS: the cross-check of the homogeneous shear in LAMMPS.
 
-Two layers of glued grains move apart along x; x and z are periodic. Walls heat or cool the flow, so the core is compared through
-what is local, p/(rho_s T) and s/p at the core's own solid fraction, not through T/(gdot d)^2.
+Two layers of glued grains move apart along x; x and z are periodic. Walls heat or cool the flow and order the grains near
+them, so only the middle of a wide gap is averaged and compared through what is local, p/(rho_s T) and s/p at the core's own
+solid fraction, rather than through T/(gdot d)^2.
 """
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from dem_reference.element.grains import Grains
 from dem_reference.element.packing import random_positions
 
 KEYS = ("solid_fraction", "shear_rate")
-CORE = 0.5  # middle part of the gap that is averaged
+CORE = 0.4  # middle part of the gap that is averaged
 WIDTH, DEPTH, SPACING = 8, 6, 1.1  # glued grains of a wall along x and along z; their spacing over d
 SETUP = """\
 atom_style granular
@@ -103,20 +104,29 @@ def shear(grains: Grains, point: dict, folder: Path) -> dict:
         if step * interval * dt * point["shear_rate"] < point["strain_discarded"]:
             continue
         y = engine.array("x", count)[:, 1]
-        core = (engine.kinds(count) == 1) & (abs(y - gap / 2) < CORE * gap / 2)
-        velocity = engine.array("v", count)[core]
+        share = part_within(y - gap / 2, CORE * gap / 2, d / 2)
+        core = (engine.kinds(count) == 1) & (share > 0)
         virial = -engine.compute_array("st", count, 6)[core][:, [0, 1, 2, 3]]
-        samples.append((core.sum(), y[core], velocity.copy(), virial.sum(0)))
-    number = np.mean([n for n, *_ in samples])
-    y, velocity = (np.concatenate([sample[i] for sample in samples]) for i in (1, 2))
-    slope, offset = np.polyfit(y, velocity[:, 0], 1)
+        samples.append((share[core], y[core], engine.array("v", count)[core], share[core] @ virial))
+    number = np.mean([share.sum() for share, *_ in samples])
+    share, y, velocity = (np.concatenate([sample[i] for sample in samples]) for i in (0, 1, 2))
+    slope, offset = np.polyfit(y, velocity[:, 0], 1, w=np.sqrt(share))
     own = velocity - np.column_stack([slope * y + offset, np.zeros((len(y), 2))])
     # The engine's kinetic part holds the whole velocity: take it out, and put in that of the fluctuations.
     vx, vy, vz = velocity.T
     ux, uy, uz = own.T
-    whole, fluctuating = (grains.mass * np.array([np.mean(a * b) for a, b in pairs]) * number
+    whole, fluctuating = (grains.mass * np.array([np.average(a * b, weights=share) for a, b in pairs]) * number
                           for pairs in (((vx, vx), (vy, vy), (vz, vz), (vx, vy)), ((ux, ux), (uy, uy), (uz, uz), (ux, uy))))
     xx, yy, zz, xy = (np.mean([sample[3] for sample in samples], axis=0) - whole + fluctuating) / volume
     return {"core_solid_fraction": float(number * grains.volume / volume), "core_shear_rate": float(slope),
-            "granular_temperature": float(np.mean(own**2)), "pressure": float((xx + yy + zz) / 3),
+            "granular_temperature": float(np.average(np.mean(own**2, axis=1), weights=share)), "pressure": float((xx + yy + zz) / 3),
             "shear_stress": float(-xy)}
+
+
+def part_within(height: np.ndarray, half: float, radius: float) -> np.ndarray:
+    """Fraction of each sphere at `height` [m] that lies in |y| < half: grains form layers, so centres alone mislead."""
+    def below(h):  # fraction of a sphere below h from its centre: (r + h)^2 (2 r - h)/(4 r^3)
+        h = np.clip(h, -radius, radius)
+        return (radius + h) ** 2 * (2 * radius - h) / (4 * radius**3)
+
+    return below(half - height) - below(-half - height)

@@ -8,7 +8,7 @@ from dem_reference.element import campaign, records
 from dem_reference.element.case import ROOT, Case
 
 
-@pytest.mark.parametrize("test", ["shear", "cooling", "triaxial", "isotropic"])
+@pytest.mark.parametrize("test", ["shear", "shear/slow.toml", "bumpy_shear", "cooling", "triaxial", "isotropic"])
 def test_every_shipped_case_is_valid_and_names_its_points_apart(test):
     case = Case(ROOT / "cases" / test)
     names = [campaign.name_of(case, point) for point in campaign.points(case)]
@@ -21,7 +21,7 @@ def test_every_shipped_case_is_valid_and_names_its_points_apart(test):
     (("friction = 0.5", ""), "missing key 'grains.friction'"),
     (("strain = 10.0", "strain = 'ten'"), "float expected"),
     (("rates = [", "rates = 20.0 # ["), "list of at least one value"),
-    (('test = "shear"', 'test = "sheer"'), "one of shear, cooling"),
+    (('test = "shear"', 'test = "sheer"'), "one of shear, bumpy_shear"),
     (('test = "shear"', 'test = "cooling"'), "unknown key 'shear."),
 ])
 def test_a_wrong_case_is_refused_in_one_line(tmp_path, change, complaint):

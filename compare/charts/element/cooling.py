@@ -5,14 +5,7 @@ import numpy as np
 
 from compare.calibration import by_point, haff_slope, mean_and_error
 from compare.charts.element import card_legend, colours, line_styles, plt, save, styled
-from compare.element_model import RANDOM_CLOSE
 from dem_reference.element.cooling import haff_rate
-
-
-def frictionless(model):
-    """The law for mu = 0: the normal restitution dissipates, and the contact value diverges at random close packing."""
-    return type(model)(model.card.with_values(effective_restitution=model.grains.restitution, correlation_length="none",
-                                              critical_void_ratio=1 / RANDOM_CLOSE - 1), model.grains)
 
 
 @styled
@@ -25,7 +18,7 @@ def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
     figure, panels = plt.subplots(1, len(frictions) + 1, figsize=(5 * (len(frictions) + 1), 4.2), layout="constrained")
     fine = np.linspace(fractions[0], fractions[-1], 200)
     for mu, axes, marker in zip(frictions, panels, "os^v"):
-        laws = models if mu else {"kinetic theory": frictionless(next(iter(models.values())))}
+        laws = models if mu else {"kinetic theory": next(iter(models.values())).frictionless()}
         slopes = []
         for nu, colour in zip(fractions, colours(len(fractions))):
             seeds = points.get((mu, nu))
