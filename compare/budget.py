@@ -50,8 +50,9 @@ def budget(run) -> list[Account]:
     held += [Account("kinetic, mean flow", "held", (1.0 - share) * kinetic),
              Account("kinetic, fluctuating", "held", share * kinetic),
              Account("rotational", "held", run.normalised("rotational")),
-             Account("elastic", "held", run.normalised("elastic")),
-             Account("granular temperature", "held", run.normalised("fluctuation"))]
+             Account("elastic", "held", run.normalised("elastic"))]
+    if run.engine == "mpm":  # the grains' fluctuation is part of their kinetic energy
+        held.append(Account("granular temperature", "held", run.normalised("fluctuation")))
     gone = [Account(name, kind, run.normalised(column)) for name, kind, column in ACCOUNTS[run.engine]
             if column in run.energy]
     if not gone:  # an engine that was not asked to split its dissipation

@@ -18,7 +18,7 @@ from pathlib import Path
 import jinja2
 import matplotlib.pyplot as plt
 
-from compare import comparison
+from compare import comparison, controls
 from compare.charts import STYLE, all_charts
 from compare.errors import CaseError, EngineError
 from compare.width_study import study
@@ -72,7 +72,8 @@ def provenance(c) -> list[dict]:
     return [{"file": f"{run.name}.h5"} | {k: run.attributes.get(k, "") for k in keys} for run in c.mpm + c.dem]
 
 
-def render(c, metrics: dict, figures: list[Figure], mapping: dict) -> str:
+def render(c, metrics: dict, figures: list[Figure], judged: list[controls.Control],
+           mapping: dict) -> str:
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True,
                                      trim_blocks=True, lstrip_blocks=True)
     environment.filters["number"] = lambda x: "–" if x is None else f"{x:.4g}"
@@ -80,7 +81,7 @@ def render(c, metrics: dict, figures: list[Figure], mapping: dict) -> str:
     case = c.dem[0].case
     return environment.get_template("report.html.j2").render(
         title=case.values.get("title", "Comparison"), verdict=metrics["verdict"]["value"], metrics=metrics,
-        headlines=HEADLINES, figures=figures, provenance=provenance(c), mapping=mapping, case=case.resolved,
+        headlines=HEADLINES, figures=figures, controls=judged, control_words=controls.WORDS, provenance=provenance(c), mapping=mapping, case=case.resolved,
         counts={"mpm": len(c.mpm), "dem": len(c.dem)})
 
 
@@ -89,10 +90,11 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
     make a width study."""
     mpm, dem = comparison.run_files(folder)
     tell(0.0, "mapping both clouds onto one grid")
-    comparison.map_fields([*mpm, *dem], folder / "fields.h5", *options)
+    comparison.map_fields([*mpm, *dem, *controls.files(folder)], folder / "fields.h5", *options)
     tell(0.3, "metrics")
     c = comparison.load(folder)
-    metrics = comparison.evaluate(c)
+    judged = controls.judge_all(c, folder)
+    metrics = comparison.evaluate(c) | controls.entries(judged)
     if widths:
         tell(0.35, "width study")
         c.width_study = study(c.dem[0], dem[0], widths, options)
@@ -107,7 +109,7 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
         shutil.copytree(scratch, folder / "figures")
     attributes = c.dem[0].fields.values.file.attrs
     mapping = {k: v.decode() if isinstance(v, bytes) else v for k, v in attributes.items()}
-    write_atomically(folder / "report.html", render(c, metrics, [f for f in figures if f], mapping))
+    write_atomically(folder / "report.html", render(c, metrics, [f for f in figures if f], judged, mapping))
     tell(1.0, "report written")
     return metrics
 

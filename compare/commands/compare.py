@@ -7,8 +7,9 @@ LIGGGHTS or LAMMPS dumps instead, of a scene that --case describes.
 
 from pathlib import Path
 
-from compare import case, comparison, dumps, report
+from compare import case, comparison, controls, dumps, report
 from compare.errors import CaseError
+from compare.runs import open_run
 
 WIDTHS = (0.25, 0.35, 0.5, 0.6, 0.75, 0.9, 1.0, 1.25, 1.5, 2.0)
 
@@ -20,6 +21,8 @@ def arguments(parser):
     parser.add_argument("--spacing", type=float, help="spacing of the mapped grid in grain diameters (the case's)")
     parser.add_argument("--width-study", action="store_true",
                         help="map the grains with a range of widths too, and show what each field makes of it")
+    parser.add_argument("--controls", action="store_true",
+                        help="also run the negative controls that a folder lacks: over-frictional continuum, other column")
     parser.add_argument("--dump", nargs="+", type=Path, metavar="FILE", help="dumps to make dem.h5 of, in any order")
     parser.add_argument("--case", type=Path, help="case file of the dumped grains")
     parser.add_argument("--time-step", type=float, metavar="S", help="time step of the dumped run [s]")
@@ -35,6 +38,9 @@ def run(options) -> int:
     mapping = [word for key in ("width", "kernel", "spacing") if (value := getattr(options, key))
                for word in (f"--{key}", str(value))]
     for folder in options.runs:
+        if options.controls:
+            mpm, dem = (open_run(files[0]) for files in comparison.run_files(folder))
+            controls.make(folder, mpm, dem, options.quiet)
         say = (lambda fraction, text: None) if options.quiet else \
             (lambda fraction, text, name=folder: print(f"{name}: {100 * fraction:.0f} % {text}", flush=True))
         metrics = report.compare(folder, mapping, say, WIDTHS if options.width_study else ())

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from synthetic import write_pair, write_run
 
-from compare import comparison, report
+from compare import comparison, controls, report
 from compare.errors import CaseError, EngineError
 
 
@@ -105,7 +105,18 @@ def test_report_is_one_self_contained_page(folder):
 
 def test_comparing_again_changes_no_number(folder, metrics):
     c = comparison.load(folder)
-    assert json.loads(json.dumps(comparison.evaluate(c))) == metrics
+    again = comparison.evaluate(c) | controls.entries(controls.judge_all(c, folder))
+    assert json.loads(json.dumps(again)) == metrics
+
+
+def test_shuffled_instants_are_rejected(metrics):
+    assert metrics["control_shuffled"]["value"] == "rejected"
+
+
+def test_a_control_that_equals_the_grains_is_not_rejected(folder):
+    # The control machinery must be able to say "passes", or its rejections mean nothing.
+    c = comparison.load(folder)
+    assert not controls.judge("shuffled", c.dem[0], c).rejected
 
 
 def test_an_ensemble_gives_a_verdict(tmp_path):
