@@ -22,8 +22,9 @@ import numpy as np
 from .grains import Grains
 from .scene import TYPES, Plane
 
-# The engine has cut the spring at this step where k_t |s| = mu |F_n| to round-off, which near F_n = 0 is that of its two terms.
-SLIDING_TOLERANCE, ROUND_OFF = 1e-8, 1e-10
+# The engine has cut the spring at this step where k_t |s| = mu |F_n| to round-off. That of F_n is its two terms', and theirs
+# the overlap's, a small difference of large numbers.
+SLIDING_TOLERANCE, ROUND_OFF = 1e-8, 1e-15
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -79,7 +80,8 @@ class Snapshot:
         s = self.rows[:, 3:6]
         s_length = np.sqrt(dot(s, s))
         cap = g.friction * np.abs(f_n)
-        sliding = k_t * s_length >= cap * (1 - SLIDING_TOLERANCE) - ROUND_OFF * g.friction * f_hertz
+        blur = (SLIDING_TOLERANCE + ROUND_OFF * g.diameter / delta) * g.friction * (f_hertz + gamma_n * np.abs(v_n))
+        sliding = k_t * s_length >= cap - blur
         spring = -k_t[:, None] * s
         f_t = spring - np.where(sliding, 0.0, gamma_t)[:, None] * v_t
 

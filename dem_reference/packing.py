@@ -6,7 +6,7 @@ Protocol of one attempt, the same for every case:
     drag that limits their speed, until the mean kinetic energy of a grain is below 1e-4 m g d;
  3. grains whose centres lie above H are removed, so that the number kept is what a homogeneous column of height H holds;
  4. friction is set to the grains' own, and the Young modulus raised to the run's in stages of at most sqrt(10);
- 5. the drag is removed and the packing rests, until the mean kinetic energy is below 1e-6 m g d.
+ 5. the drag is removed and the packing rests, until the mean kinetic energy is below 1e-5 m g d.
 Search: the void ratio of 5 is measured 2.5 d away from base, walls and surface (void_ratio.py) and mu_p moved by the difference
 until it lies within dem.void_ratio_tolerance of initial.void_ratio; at mu_p = 2 friction has nothing left to give and the
 drag is raised instead. The nearest attempt is kept. A seed fixes every random number, so a packing can be made again.
@@ -34,7 +34,7 @@ from .process import run_engine
 from .void_ratio import bulk_box, void_ratio
 
 POUR_SURPLUS = 1.04
-SETTLED, AT_REST = 1e-4, 1e-6  # mean kinetic energy of a grain [m g d]
+SETTLED, AT_REST = 1e-4, 1e-5  # mean kinetic energy of a grain [m g d]
 STAGE = sqrt(10)  # largest factor between two stiffnesses
 REFERENCE_DRAG = 4e-4  # [kg/s] of packing_damping = 1 for the reference grain
 REFERENCE_DIAMETER, REFERENCE_MASS = 2e-3, 2532 * np.pi / 6 * 2e-3**3

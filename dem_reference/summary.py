@@ -1,0 +1,53 @@
+"""A run in one line: the scalars an ensemble is made of."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from compare.case import parse
+
+# name -> unit; energies are relative to the potential energy released, times to sqrt(H/g), lengths to L0 or H
+SCALARS = {
+    "seed": "-", "run_out": "L0", "run_out_99": "L0", "height_at_wall": "H", "kinetic_energy_peak": "E0",
+    "kinetic_energy_peak_time": "sqrt(H/g)", "released": "J", "dissipated_normal": "released", "dissipated_tangential": "released",
+    "dissipated_wall": "released", "dissipated_short": "released", "dissipated_enduring": "released",
+    "enduring_half_threshold": "released", "enduring_double_threshold": "released", "unaccounted": "released",
+    "rotational_peak": "released", "fluctuation_peak": "released", "void_ratio": "-", "lateral_stress_ratio": "-",
+    "coordination": "-", "grains": "-", "end_time": "sqrt(H/g)", "kinetic_energy_end": "peak", "cpu_seconds": "s",
+}
+
+
+def scalars(path: Path) -> dict[str, float]:
+    """SCALARS of a dem.h5. E0 is the initial potential energy; run-outs are mass percentiles, 99.5 and 99."""
+    with h5py.File(path) as file:
+        case = parse(file.attrs["case_resolved"])
+        length, height, scale = case["geometry.length"], case["geometry.height"], file.attrs["time_scale"]
+        energy = {name: values[()] for name, values in file["energy"].items()}
+        frame = file[f"data/{max(map(int, file['data']))}/particles/cloud"]
+        grains = frame["kind"][()] == 1
+        x, y = np.sort(frame["position/x"][()][grains]), frame["position/y"][()][grains]
+        near_wall = frame["position/x"][()][grains] < 3 * frame["radius"][0]
+        released = energy["potential"][0] - energy["potential"][-1]
+        peak = int(energy["kinetic"].argmax())
+        out = {
+            "seed": file.attrs["seed"],
+            "run_out": x[int(np.ceil(0.995 * x.size)) - 1] / length - 1,
+            "run_out_99": x[int(np.ceil(0.99 * x.size)) - 1] / length - 1,
+            "height_at_wall": (y[near_wall].max() + frame["radius"][0]) / height,
+            "kinetic_energy_peak": energy["kinetic"][peak] / energy["potential"][0],
+            "kinetic_energy_peak_time": energy["time"][peak] / scale,
+            "released": released,
+            "rotational_peak": energy["rotational"].max() / released,
+            "fluctuation_peak": energy["fluctuation"].max() / released,
+            "kinetic_energy_end": energy["kinetic"][-1] / energy["kinetic"][peak],
+            "end_time": energy["time"][-1] / scale,
+            "cpu_seconds": file.attrs["cpu_seconds"],
+            **{name: file["packing"].attrs[name] for name in ("void_ratio", "lateral_stress_ratio", "coordination", "grains")},
+        }
+        for name in ("dissipated_normal", "dissipated_tangential", "dissipated_wall", "dissipated_short", "dissipated_enduring",
+                     "unaccounted"):
+            out[name] = energy[name][-1] / released if name in energy else np.nan
+        for k, name in ((0, "enduring_half_threshold"), (2, "enduring_double_threshold")):
+            out[name] = file["lifetime/dissipated_enduring"][-1, k] / released if "lifetime" in file else np.nan
+    return {name: float(out[name]) for name in SCALARS}
