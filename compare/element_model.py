@@ -10,6 +10,7 @@ from math import asin, exp, sin, sqrt
 
 import numpy as np
 
+from compare.errors import CaseError
 from compare.programs import ROOT
 from dem_reference.element.grains import Grains
 
@@ -43,7 +44,11 @@ class Card:
     def read(cls, name: str) -> "Card":
         """cases/materials/<name>.toml, completed by the schema's defaults."""
         schema = tomllib.loads((ROOT / "cases" / "schema.toml").read_text())["material"]
-        written = tomllib.loads((ROOT / "cases" / "materials" / f"{name}.toml").read_text())["material"]
+        path = ROOT / "cases" / "materials" / f"{name}.toml"
+        if not path.exists():
+            known = ", ".join(sorted(card.stem for card in path.parent.glob("*.toml")))
+            raise CaseError(f"{path}: no such material card (known: {known})")
+        written = tomllib.loads(path.read_text())["material"]
         return cls(**{field.name: written.get(field.name, schema[field.name].get("default")) for field in fields(cls)})
 
     def with_values(self, **values) -> "Card":

@@ -18,6 +18,7 @@ from compare import calibration
 from compare import element_cross_check as cross_check
 from compare.element_errors import table, verdicts
 from compare.element_model import Card, Model
+from compare.element_point import PointModel
 from compare.errors import CaseError, EngineError
 from compare.programs import ROOT
 from dem_reference.element import campaign, records
@@ -31,6 +32,7 @@ def arguments(parser):
     parser.add_argument("--quick", action="store_true", help="measure one small point in place of the reference's")
     parser.add_argument("--card", action="append", metavar="NAME", help=f"material card, may be repeated (default: {', '.join(CARDS)})")
     parser.add_argument("--cores", type=int, default=1, metavar="N", help="points measured at a time (default: 1)")
+    parser.add_argument("--closed-form", action="store_true", help="the law by its closed forms, not by mpm_point")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results (default: runs/element/<test>)")
 
 
@@ -39,7 +41,8 @@ def run(options) -> int:
     if case.test not in calibration.TESTS:
         raise CaseError(f"{case.path}: the law has no counterpart of a {case.test} test (it is a check of the engines) "
                         f"use one of {', '.join(calibration.TESTS)}")
-    models = {name: Model(Card.read(name), case.grains) for name in options.card or CARDS}
+    law = Model if options.closed_form else PointModel
+    models = {name: law(Card.read(name), case.grains) for name in options.card or CARDS}
     rows = campaign.run_point(case, campaign.quick_point(case)) if options.quick else reference(case, options.cores)
     measured = [row for row in rows if row["status"] == "measured"]
     failed = sorted({row["status"] for row in rows} - {"measured"})

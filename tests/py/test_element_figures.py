@@ -53,7 +53,7 @@ def test_the_two_engines_agree_on_what_is_local():
 
 
 def test_the_command_measures_a_small_point_and_reports(tmp_path, capsys):
-    assert cli.main(["element", str(ROOT / "cases" / "cooling"), "--quick", "--out", str(tmp_path)]) == 0
+    assert cli.main(["element", str(ROOT / "cases" / "cooling"), "--quick", "--closed-form", "--out", str(tmp_path)]) == 0
     report = json.loads((tmp_path / "errors.json").read_text())
     assert report["errors"] and len(report["verdicts"]) == 2
     assert report["verdicts"][0] in capsys.readouterr().out
@@ -62,7 +62,8 @@ def test_the_command_measures_a_small_point_and_reports(tmp_path, capsys):
 def test_bad_input_is_one_line(tmp_path, capsys):
     assert cli.main(["element", str(tmp_path / "nowhere")]) == 2
     assert cli.main(["element", str(ROOT / "cases" / "bumpy_shear")]) == 2
-    assert capsys.readouterr().err.count("\n") == 2
+    assert cli.main(["element", str(ROOT / "cases" / "shear"), "--card", "sand"]) == 2
+    assert capsys.readouterr().err.count("\n") == 3
 
 
 def test_a_card_needs_every_test(tmp_path, capsys):

@@ -16,7 +16,7 @@ def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
     frictions = sorted({mu for mu, _ in points})
     fractions = sorted({nu for _, nu in points})
     figure, panels = plt.subplots(1, len(frictions) + 1, figsize=(5 * (len(frictions) + 1), 4.2), layout="constrained")
-    fine = np.linspace(fractions[0], fractions[-1], 200)
+    fine = np.linspace(fractions[0], fractions[-1], 50)
     for mu, axes, marker in zip(frictions, panels, "os^v"):
         laws = models if mu else {"kinetic theory": next(iter(models.values())).frictionless()}
         slopes = []

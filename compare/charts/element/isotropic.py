@@ -22,7 +22,7 @@ def draw(rows: list[dict], models: dict, path: Path) -> list[Path]:
             for part, face, word in ((~back, colour, "loading"), (back, "w", "unloading")):
                 axes.errorbar(pressure[part], value[part], error[part], fmt="o", markersize=4, color=colour,
                               markerfacecolor=face, label=f"{word}, prepared with μ = {mu:g}")
-        fine = np.geomspace(pressure.min(), pressure.max(), 100)
+        fine = np.geomspace(pressure.min(), pressure.max(), 25)
         for model, style in zip(models.values(), line_styles(models).values()):
             panels[2].plot(fine, model.isotropic(series["void_ratio"][0][0], pressure[0], fine), style, color=colour, linewidth=1.1)
     for model, style in zip(models.values(), line_styles(models).values()):

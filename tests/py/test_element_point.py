@@ -1,0 +1,48 @@
+"""mpm_point, the solver's law, against the closed forms on the element tests' paths."""
+import numpy as np
+import pytest
+
+from compare.element_model import Card, Model
+from compare.element_point import PointModel
+from compare.programs import program
+from dem_reference.element.grains import Grains
+
+pytestmark = pytest.mark.skipif(not program("mpm_point").exists(), reason="mpm_point is not built")
+GRAINS = Grains(2e-3, 2532.0, 3e8, 0.3, 0.879, 0.5)
+
+
+@pytest.fixture(params=["seed_table1", "dem_mu05"])
+def models(request):
+    card = Card.read(request.param)
+    return PointModel(card, GRAINS), Model(card, GRAINS)
+
+
+@pytest.mark.parametrize("rate", [20.0, 500.0])
+def test_steady_shear(models, rate):
+    """Below e_c all collisional, above it with the quasi-static part: p, s and T within 2 %."""
+    nu = np.array([0.30, 0.50, 0.58, 0.59])
+    driven, closed = (model.shear(nu, rate) for model in models)
+    for name in closed:
+        assert driven[name] == pytest.approx(closed[name], rel=0.02), name
+
+
+def test_cooling(models):
+    """Backward Euler in sqrt(T) is of first order: 1 % with these steps."""
+    driven, closed = (model.cooling_time(np.array([0.3, 0.5]), 1e-2, 1e-3) for model in models)
+    assert driven == pytest.approx(closed, rel=0.01)
+
+
+def test_moduli_and_isotropic_path(models):
+    pressure = np.array([1e3, 1e4, 1e5])
+    driven, closed = (np.array(model.moduli(pressure)) for model in models)
+    assert driven == pytest.approx(closed, rel=0.01)
+    driven, closed = (model.isotropic(0.6, 1e3, np.array([3e3, 3e4])) for model in models)
+    assert driven == pytest.approx(closed, abs=1e-4)
+
+
+def test_triaxial(models):
+    strain = np.array([0.05, 0.1, 0.2, 0.4])
+    for void_ratio in (0.56, 0.735):
+        driven, closed = (model.triaxial(void_ratio, 2e4, strain) for model in models)
+        assert driven["void_ratio"] == pytest.approx(closed["void_ratio"], abs=2e-3)
+        assert driven["deviator"] == pytest.approx(closed["deviator"], rel=0.01)
