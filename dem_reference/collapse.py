@@ -48,9 +48,9 @@ def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -
         scene.material(case, grains, grains.young_modulus, grains.friction),
         scene.bodies(case, grains),
         f"timestep {plan.dt:.17g}",
-        "reset_timestep 0",
         scene.lifted_gate(case, grains, work / "gate.stl") if case["walls"]["gate"] == "lifted" else "",
         f"thermo {plan.row}",
+        "reset_timestep 0",
         "run 0",
     ]
     return "\n".join(commands)
@@ -73,7 +73,7 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
     gate_gone = (geometry["height"] + grains.diameter) / case["walls"]["gate_speed"] if lifted else 0.0
 
     def look(now: float) -> Snapshot:
-        gate = [scene.gate_plane(case, now)] if now < gate_gone else []
+        gate = [scene.rising_gate(case, now)] if now < gate_gone else []
         return Snapshot(grains, engine.atoms(), engine.contacts(largest_id), plan.dt, geometry["gravity"], thickness,
                         walls + gate)
 
@@ -89,11 +89,11 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
         engine.advance(plan.sample)
         step += plan.sample
         now = step * plan.dt
+        shot = look(now)
+        audit.add(shot)
         if lifted and now >= gate_gone:
             engine.commands(scene.REMOVE_LIFTED_GATE + "\nrun 0")
             lifted = False
-        shot = look(now)
-        audit.add(shot)
         if step % plan.row == 0:
             if engine.count() != count:
                 raise EngineError(f"LIGGGHTS: lost {count - engine.count()} of {count} grains by t = {now:.4g} s")

@@ -114,7 +114,7 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
     atoms = engine.atoms()
     shot = Snapshot(grains, atoms, engine.contacts(atoms["id"].max()), dt, gravity,
                     geometry["thickness"] if case["walls"]["front_back"] == "periodic" else None,
-                    scene.planes(case, grains) + [scene.gate_plane(case)])
+                    scene.planes(case, grains) + [scene.closed_gate(case)])
     engine.command(f"write_restart {folder / 'packing.restart'}")
     with h5py.File(folder / "packing.h5", "w") as file:
         describe(file, case, shot)

@@ -60,22 +60,22 @@ def floor_height(case: dict, grains: Grains) -> float:
 
 @dataclass(frozen=True)
 class Plane:
-    """A fixed plane wall: what the contact records call it, where it is and which side the grains are on."""
+    """A plane wall: what the contact records call it and where it is."""
 
     code: int  # -1 left, -2 gate, -3 floor, -4 front, -5 back
     axis: int
     position: float  # [m]
-    side: int
     friction: float = 0.0
     lowest: float = -inf  # y of its lower edge [m], for a gate that is being lifted
+    rise: float = 0.0  # its speed along y [m/s]
 
 
 def planes(case: dict, grains: Grains) -> list[Plane]:
     """The walls that stay, so without the gate."""
     walls = case["walls"]
-    out = [Plane(-1, 0, 0.0, 1, walls["left_friction"]), Plane(-3, 1, floor_height(case, grains), 1, walls["base_friction"])]
+    out = [Plane(-1, 0, 0.0, walls["left_friction"]), Plane(-3, 1, floor_height(case, grains), walls["base_friction"])]
     if walls["front_back"] == "smooth":
-        out += [Plane(-4, 2, 0.0, 1), Plane(-5, 2, case["geometry"]["thickness"], -1)]
+        out += [Plane(-4, 2, 0.0), Plane(-5, 2, case["geometry"]["thickness"])]
     return out
 
 
@@ -125,10 +125,10 @@ def new_box(case: dict, grains: Grains, top: float) -> str:
 
 def glued_atoms(case: dict, grains: Grains, seed: int) -> str:
     """Commands that create the base and name the two groups; new grains of the insertion join `mobile`."""
-    lines = ["group mobile type 1"]
-    lines += [f"create_atoms 3 single {x:.17g} {y:.17g} {z:.17g} units box" for x, y, z in glued_base(case, grains, seed)]
-    lines += [f"set type 3 density {grains.density} diameter {grains.diameter}", "group base type 3"]
-    return "\n".join(lines)
+    lines = [f"create_atoms 3 single {x:.17g} {y:.17g} {z:.17g} units box" for x, y, z in glued_base(case, grains, seed)]
+    if lines:
+        lines.append(f"set type 3 density {grains.density} diameter {grains.diameter}")
+    return "\n".join(["group mobile type 1", *lines, "group base type 3"])
 
 
 def bodies(case: dict, grains: Grains) -> str:
@@ -167,9 +167,15 @@ def pouring(case: dict, grains: Grains, count: int, seed: int) -> tuple[str, flo
 
 
 
-def gate_plane(case: dict, time: float = 0.0) -> Plane:
-    """The gate as the contact records see it, `time` [s] after it began to rise."""
-    return Plane(-2, 0, case["geometry"]["length"], -1, lowest=case["walls"]["gate_speed"] * time)
+def closed_gate(case: dict) -> Plane:
+    """The gate behind which the packing is made."""
+    return Plane(-2, 0, case["geometry"]["length"])
+
+
+def rising_gate(case: dict, time: float) -> Plane:
+    """The gate `time` [s] after it began to rise from y = 0."""
+    speed = case["walls"]["gate_speed"]
+    return Plane(-2, 0, case["geometry"]["length"], lowest=speed * time, rise=speed)
 
 
 def lifted_gate(case: dict, grains: Grains, stl: Path) -> str:

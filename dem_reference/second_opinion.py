@@ -1,0 +1,110 @@
+"""The collapse of a dem.h5 again in LAMMPS, an independent DEM: so that an engine's quirk is not taken for physics.
+
+    python3 -m dem_reference.second_opinion DEM.h5... [-o TABLE.csv]
+
+Grains start from the same settled positions; the tangential springs, which no file carries over, build up again while the
+gate is still closed. The contact law is the same (Hertz, Mindlin, Tsuji damping with the same realised restitution), but
+for the tangential spring's rescaling with the overlap: trajectories differ, statistics should not.
+"""
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from compare.case import parse
+from compare.errors import EngineError
+
+from . import scene
+from .collapse import Plan
+from .element import lammps
+from .grains import Grains
+from .packing import drag
+from .summary import scalars
+
+COMPARED = ("run_out", "run_out_99", "height_at_wall", "kinetic_energy_peak", "kinetic_energy_peak_time", "released",
+            "rotational_peak", "kinetic_energy_end")
+SETTLING = 0.5  # time with the gate closed [sqrt(H/g)]
+
+
+def input_files(path: Path, folder: Path) -> tuple[str, dict]:
+    """The LAMMPS input for a dem.h5; writes the grains to `folder`. Also the case."""
+    with h5py.File(path) as file:
+        case = parse(file.attrs["case_resolved"])
+        cloud = file["data/0/particles/cloud"]
+        kind = cloud["kind"][()]
+        x = np.column_stack([cloud[f"position/{axis}"][()] for axis in "xyz"])
+        steps = int(file.attrs["steps"])
+    grains, plan, geometry = Grains.of(case), Plan.of(case), case["geometry"]
+    if case["walls"]["front_back"] != "periodic" or case["walls"]["base"] != "glued" or case["walls"]["left"] != "smooth":
+        raise EngineError("second_opinion: only periodic sides, a glued base and a smooth left wall are set up in LAMMPS")
+    d = grains.diameter
+    bounds = ((-d, geometry["floor_length"] + d), (-(scene.SAFETY_FLOOR + 1) * d, geometry["height"] + 2 * d), (0, geometry["thickness"]))
+    lines = ["grains", "", f"{len(x)} atoms", "2 atom types", ""]
+    lines += [f"{low} {high} {axis}lo {axis}hi" for (low, high), axis in zip(bounds, "xyz")]
+    lines += ["", "Atoms # sphere", ""]
+    lines += [f"{k + 1} {1 if kind[k] == 1 else 2} {d} {grains.density} {a:.17g} {b:.17g} {c % geometry['thickness']:.17g}"
+              for k, (a, b, c) in enumerate(x)]
+    (folder / "grains.data").write_text("\n".join(lines) + "\n")
+    text = scene.render(
+        "second_opinion", data="grains.data", skin=scene.CELL_SKIN * d, young=grains.young_modulus,
+        restitution=f"{lammps.restitution_to_enter(grains.restitution):.12g}", poisson=grains.poisson_ratio, friction=grains.friction,
+        dt=f"{plan.dt:.17g}", gravity=geometry["gravity"], floor=scene.floor_height(case, grains), gate=geometry["length"],
+        drag=drag(case, grains, 1.0), settle=round(SETTLING * plan.scale / plan.dt), row=plan.row, steps=steps)
+    return text, case
+
+
+def collapse(path: Path) -> dict[str, float]:
+    """COMPARED scalars of the LAMMPS run that answers to a dem.h5, defined as in summary.py."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        text, case = input_files(path, folder)
+        lammps.run(text, folder)
+        history = thermo(folder / "log.lammps")
+        x, y = np.loadtxt(folder / "final.txt", skiprows=9)[:, 1:3].T
+    plan, geometry, d = Plan.of(case), case["geometry"], Grains.of(case).diameter
+    step, kinetic, rotational, potential = history[:, 0], *history[:, 3:].T
+    peak, released, ordered = kinetic.argmax(), potential[0] - potential[-1], np.sort(x)
+    values = (ordered[int(np.ceil(0.995 * x.size)) - 1] / geometry["length"] - 1,
+              ordered[int(np.ceil(0.99 * x.size)) - 1] / geometry["length"] - 1,
+              (y[x < 1.5 * d].max() + d / 2) / geometry["height"], kinetic[peak] / potential[0], step[peak] * plan.dt / plan.scale,
+              released, rotational.max() / released, kinetic[-1] / kinetic[peak])
+    return dict(zip(COMPARED, map(float, values)))
+
+
+def thermo(log: Path) -> np.ndarray:
+    """Rows of the log's last thermo table: step, time, atoms, kinetic, rotational, potential."""
+    tables = log.read_text(errors="replace").split("Step Time Atoms")
+    lines = tables[-1].splitlines()[1:]
+    rows = [line.split() for line in lines[: next(k for k, line in enumerate(lines) if line.startswith("Loop time"))]]
+    return np.array([[float(word) for word in row] for row in rows if row and row[0].isdigit()])
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="dem_reference.second_opinion", description=__doc__.split("\n")[0])
+    parser.add_argument("runs", nargs="+", type=Path, metavar="DEM.h5")
+    parser.add_argument("-o", "--output", type=Path, help="table (CSV) with a row per run and engine")
+    options = parser.parse_args()
+    rows = []
+    try:
+        for run in options.runs:
+            ours = scalars(run)
+            rows.append({"seed": ours["seed"], "engine": "liggghts"} | {name: ours[name] for name in COMPARED})
+            rows.append({"seed": ours["seed"], "engine": "lammps"} | collapse(run))
+    except EngineError as error:
+        print(error, file=sys.stderr)
+        return 3
+    table = pd.DataFrame(rows)
+    if options.output:
+        table.to_csv(options.output, index=False, float_format="%.6g")
+    means = table.groupby("engine")[list(COMPARED)].agg(["mean", "std"])
+    print(means.T.unstack().to_string(float_format=lambda value: f"{value:.4g}"))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
