@@ -22,8 +22,9 @@ TESTS = ("shear", "cooling", "triaxial", "isotropic")
 MODEL_ERROR = 0.05  # relative; on void ratio MODEL_ERROR x 0.1
 DILUTE = 0.4  # solid fraction up to which g0 is Carnahan and Starling's, with friction or without
 STEADY = 0.75  # fraction of the axial strain after which a triaxial test is taken as critical
+CURVE = 8  # points of a triaxial curve that are compared
 # What is fitted, and the interval it may take: (name, lower, upper, fitted through its logarithm). Below delta = 0.05 the
-# dilatancy is at its bound of 0.5 whenever it is not zero, so a smaller delta says nothing more.
+# dilatancy is at its bound whenever it is not zero, so a smaller delta says nothing more.
 PARAMETERS = (("critical_void_ratio", 0.60, 0.85, False), ("critical_state_slope", 1e-3, 50.0, True),
               ("stress_ratio", 0.3, 1.5, False), ("bulk_stiffness", 5.0, 2000.0, True),
               ("shear_stiffness", 5.0, 2000.0, True), ("stiffness_exponent", 0.0, 0.9, False),
@@ -42,10 +43,11 @@ class Block:
     error: np.ndarray  # standard error over seeds
     floor: float
     predict: Callable[[Model], np.ndarray]
+    curve: int = 1  # so many observations are points of one curve, too correlated to count as more than one
 
     @property
     def sigma(self) -> np.ndarray:
-        return np.hypot(self.error, self.floor)
+        return np.hypot(self.error, self.floor) * np.sqrt(self.curve)
 
 
 @dataclass(frozen=True)
@@ -136,7 +138,7 @@ def cooling_blocks(rows, choose) -> list[Block]:
 def triaxial_blocks(rows, choose) -> list[Block]:
     points = by_point(rows, ("pressure", "preparation_friction"), choose)
     labels = [f"{p / 1e3:g} kPa, prepared with mu {mu:g}" for p, mu in points]
-    ratios, curves, starts, strains = [], [], [], []
+    ratios, curves, starts, strains, ends = [], [], [], [], []
     for seeds in points.values():
         strain = np.array([row["axial_strain"] for row in seeds[0]])
         steady = strain > STEADY * strain[-1]
@@ -144,10 +146,11 @@ def triaxial_blocks(rows, choose) -> list[Block]:
                                       for name in ("axial_stress", "lateral_stress", "void_ratio"))
         ratio = (axial - lateral) / (axial + 2 * lateral) * 3
         ratios.append(mean_and_error(np.log(ratio[:, steady].mean(axis=1)), 0.01))
-        picked = np.linspace(0, len(strain) - 1, 9).round().astype(int)[1:]
+        picked = np.linspace(0, len(strain) - 1, CURVE + 1).round().astype(int)[1:]
         curves.append(mean_and_error(void_ratio[:, picked], 0.001))
         starts.append(void_ratio[:, 0].mean())
         strains.append(strain[picked])
+        ends.append(strain[steady])
     pressures = np.array([p for p, _ in points])
     steady_ratio, steady_error = np.array(ratios).T
 
@@ -155,10 +158,13 @@ def triaxial_blocks(rows, choose) -> list[Block]:
         return np.concatenate([model.triaxial(e, p, strain)["void_ratio"]
                                for e, p, strain in zip(starts, pressures, strains)])
 
-    return [Block("triaxial stress ratio", labels, steady_ratio, steady_error, MODEL_ERROR,
-                  lambda model: np.full(len(labels), np.log(model.card.stress_ratio))),
+    def ratio_at_end(model: Model) -> np.ndarray:
+        answers = [model.triaxial(e, p, strain) for e, p, strain in zip(starts, pressures, ends)]
+        return np.log([np.mean(answer["deviator"] / answer["pressure"]) for answer in answers])
+
+    return [Block("triaxial stress ratio", labels, steady_ratio, steady_error, MODEL_ERROR, ratio_at_end),
             Block("triaxial void ratio", [f"{label}, strain {x:.2f}" for label, xs in zip(labels, strains) for x in xs],
-                  np.concatenate([c[0] for c in curves]), np.concatenate([c[1] for c in curves]), 0.1 * MODEL_ERROR, curve)]
+                  np.concatenate([c[0] for c in curves]), np.concatenate([c[1] for c in curves]), 0.1 * MODEL_ERROR, curve, CURVE)]
 
 
 def isotropic_blocks(rows, choose) -> list[Block]:

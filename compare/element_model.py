@@ -177,7 +177,7 @@ class Model:
         """Drained triaxial compression from isotropic `lateral` stress [Pa] at `void_ratio`, at each axial strain.
 
         Elastic at constant lateral stress until q = M_c p; then the stress stays, and with it the elastic strain:
-        d eps_v = D d eps_q, D = A_psi (e - e_cs(p)) bounded by 0.5, eps_q = eps_a - eps_v/3.
+        d eps_v = D d eps_q, D = A_psi (e - e_cs(p)) bounded by min(0.5, M_c/2), eps_q = eps_a - eps_v/3.
         Returns deviator and pressure [Pa], void_ratio and volumetric_strain [-].
         """
         axial_strain = np.asarray(axial_strain, dtype=float)
@@ -185,11 +185,12 @@ class Model:
         q_yield = 3 * lateral * m_c / (3 - m_c)
         strain_yield, volume_yield = self.triaxial_elastic(lateral, q_yield)
         e_cs = self.critical_void_ratio(lateral + q_yield / 3)
+        bound = min(0.5, 0.5 * m_c)
         rate = {"stress_ratio_over_delta": m_c / self.card.dilatancy, "delta": self.card.dilatancy, "none": 0.0}[
             self.card.dilatancy_form]
 
         def slope(volume: float) -> float:  # d eps_v/d eps_a = D/(1 + D/3)
-            D = min(max(rate * ((1 + void_ratio) * exp(-volume) - 1 - e_cs), -0.5), 0.5)
+            D = min(max(rate * ((1 + void_ratio) * exp(-volume) - 1 - e_cs), -bound), bound)
             return D / (1 + D / 3)
 
         end = max(axial_strain.max(), strain_yield)

@@ -22,10 +22,14 @@ QUIET = 1e-15  # granular temperature of a packing at rest [m2/s2]
 
 
 class PointModel:
-    """A card for given grains, driven point by point; the methods are those of element_model.Model."""
+    """A card for given grains, driven point by point; the methods are those of element_model.Model.
 
-    def __init__(self, card: Card, grains: Grains):
-        self.card, self.grains = card, grains
+    Triaxial compression goes at the rate of `inertial_number`: at e < e_c the law's collisional stress depends on the rate
+    however slow it is, and the closed form is its limit at no rate.
+    """
+
+    def __init__(self, card: Card, grains: Grains, inertial_number: float = 1e-6):
+        self.card, self.grains, self.inertial_number = card, grains, inertial_number
         self.drive = lru_cache(maxsize=None)(self._drive)
 
     @property
@@ -33,7 +37,7 @@ class PointModel:
         return 1 / (1 + self.card.critical_void_ratio)
 
     def frictionless(self) -> "PointModel":
-        return PointModel(Model(self.card, self.grains).frictionless().card, self.grains)
+        return PointModel(Model(self.card, self.grains).frictionless().card, self.grains, self.inertial_number)
 
     @cached_property
     def settings(self) -> list[str]:
@@ -44,7 +48,7 @@ class PointModel:
 
     def _drive(self, void_ratio: float, pressure: float, temperature: float, *legs: str) -> dict:
         """Columns of mpm_point's CSV for a path of `legs` (TOML tables without their header), as arrays by name."""
-        text = [f"case = {json.dumps(str(BASE))}", f"set = {json.dumps(self.settings)}", "[start]",
+        text = [f"case = {json.dumps(str(BASE))}", f"set = {json.dumps([*self.settings, f'initial.void_ratio={void_ratio!r}'])}", "[start]",
                 f"void_ratio = {void_ratio!r}", f"pressure = {float(pressure)!r}", f"granular_temperature = {float(temperature)!r}"]
         for leg in legs:
             text += ["[[leg]]", leg]
@@ -68,7 +72,9 @@ class PointModel:
         return {name: values.reshape(nu.shape) for name, values in zip(names, answers.T)}
 
     def _steady(self, nu: float, rate: float) -> tuple[float, float, float]:
-        end = self.drive(1 / nu - 1, 0.0, QUIET, f'path = "simple_shear"\nrate = {rate!r}\nstrain = 3.0\nsteps = 6000')
+        # Denser than critical, the path starts at half the critical pressure: from no stress at all, none would build up.
+        start = 0.5 * float(Model(self.card, self.grains).critical_pressure(nu))
+        end = self.drive(1 / nu - 1, start, QUIET, f'path = "simple_shear"\nrate = {rate!r}\nstrain = 12.0\nsteps = 8000')
         shear = abs(end["sigma_q_xy"][-1] + end["sigma_c_xy"][-1])
         return end["granular_temperature"][-1], end["p_q"][-1] + end["p_c"][-1], shear
 
@@ -92,7 +98,7 @@ class PointModel:
     def triaxial(self, void_ratio: float, lateral: float, axial_strain) -> dict:
         """Drained triaxial compression; see Model.triaxial."""
         axial_strain = np.asarray(axial_strain, dtype=float)
-        rate = rate_of(2e-3, self.grains, lateral)
+        rate = rate_of(self.inertial_number, self.grains, lateral)
         start, end = 0.01, float(axial_strain.max()) * 1.001  # the elastic rise is short: small steps there
         history = self.drive(float(void_ratio), float(lateral), QUIET,
                              f'path = "triaxial"\nrate = {rate!r}\nstrain = {start}\nsteps = 2000',

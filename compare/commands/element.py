@@ -41,8 +41,9 @@ def run(options) -> int:
     if case.test not in calibration.TESTS:
         raise CaseError(f"{case.path}: the law has no counterpart of a {case.test} test (it is a check of the engines) "
                         f"use one of {', '.join(calibration.TESTS)}")
-    law = Model if options.closed_form else PointModel
-    models = {name: law(Card.read(name), case.grains) for name in options.card or CARDS}
+    rate = {"inertial_number": case["triaxial.inertial_number"]} if case.test == "triaxial" else {}
+    models = {name: Model(Card.read(name), case.grains) if options.closed_form else PointModel(Card.read(name), case.grains, **rate)
+              for name in options.card or CARDS}
     rows = campaign.run_point(case, campaign.quick_point(case)) if options.quick else reference(case, options.cores)
     measured = [row for row in rows if row["status"] == "measured"]
     failed = sorted({row["status"] for row in rows} - {"measured"})

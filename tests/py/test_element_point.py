@@ -34,10 +34,12 @@ def test_cooling(models):
 
 def test_moduli_and_isotropic_path(models):
     pressure = np.array([1e3, 1e4, 1e5])
-    driven, closed = (np.array(model.moduli(pressure)) for model in models)
-    assert driven == pytest.approx(closed, rel=0.01)
+    (bulk, shear), (closed_bulk, closed_shear) = (model.moduli(pressure) for model in models)
+    # The program's stress acts on the solid's volume, which shrinks: its tangent at fixed grains is K + p.
+    assert bulk == pytest.approx(closed_bulk + pressure, rel=0.005)
+    assert shear == pytest.approx(closed_shear, rel=0.005)
     driven, closed = (model.isotropic(0.6, 1e3, np.array([3e3, 3e4])) for model in models)
-    assert driven == pytest.approx(closed, abs=1e-4)
+    assert driven == pytest.approx(closed, abs=5e-4)
 
 
 def test_triaxial(models):
