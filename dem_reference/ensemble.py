@@ -1,10 +1,11 @@
 """Many seeds of one case: their scatter is the noise floor of every comparison.
 
     python3 -m dem_reference.ensemble CASE [--seeds N] [--first N] [--set key=value]... [--jobs N] [--ranks N] [--profile DIR]
-                                      [--name NAME]
+                                      [--name NAME] [--table FILE]
 
 Snakemake runs the seeds, two at a time unless told otherwise, takes up again where it was stopped, and on a cluster
-hands each seed to the scheduler (`--profile dem_reference/slurm`). The table goes to cases/<case>/reference/<name>.csv.
+hands each seed to the scheduler (`--profile dem_reference/slurm`). The table goes to cases/<case>/reference/<name>.csv
+unless told otherwise.
 """
 
 import argparse
@@ -67,6 +68,7 @@ def main() -> int:
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of each")
     parser.add_argument("--profile", help="a Snakemake profile, such as dem_reference/slurm")
     parser.add_argument("--name", default="ensemble", help="name of the table and of the runs' folder (default ensemble)")
+    parser.add_argument("--table", type=Path, help="file of the table (cases/<case>/reference/<name>.csv)")
     options = parser.parse_args()
     try:
         case = load(options.case, options.set)
@@ -76,7 +78,7 @@ def main() -> int:
     folder = case.path.parent if case.path.name == "case.toml" else case.path.with_suffix("")
     config = {"case": str(case.path.resolve()), "set": options.set, "ranks": options.ranks, "name": options.name,
               "seeds": list(range(options.first, options.first + options.seeds)), "folder": folder.name,
-              "table": str((folder / "reference" / f"{options.name}.csv").resolve()),
+              "table": str((options.table or folder / "reference" / f"{options.name}.csv").resolve()),
               "command": " ".join(["python3 -m dem_reference.ensemble", *sys.argv[1:]])}
     work = ROOT / "runs" / "ensembles" / folder.name / options.name
     work.mkdir(parents=True, exist_ok=True)

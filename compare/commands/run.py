@@ -4,6 +4,7 @@ The results stand in one folder (--out, by default runs/<case>): mpm.h5, dem.h5,
 report.html, figures/.
 """
 
+import hashlib
 import json
 import os
 import shutil
@@ -13,9 +14,11 @@ from pathlib import Path
 
 from compare import case
 from compare.engines import Stage, run_stages
+from compare.errors import CaseError
 from compare.programs import ROOT, program
 
-DERIVED = ["fields.h5", "metrics.json", "report.html", "figures"]
+# What an earlier run may have left in the folder.
+OURS = ["mpm.h5", "dem.h5", "dem_[0-9]*.h5", "fields.h5", "metrics.json", "report.html", "figures"]
 VERDICT = {
     "run_out": "run-out",
     "final_height": "final height",
@@ -32,6 +35,8 @@ def arguments(parser):
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides",
                         help="overrides a key of the case; may be repeated")
     parser.add_argument("--seed", type=int, default=1, help="of the packing and of jittered points (%(default)s)")
+    parser.add_argument("--seeds", type=int, default=1, metavar="N",
+                        help="an ensemble of N packings, through Snakemake; the verdicts then weigh its scatter (%(default)s)")
     parser.add_argument("--threads", type=int, default=1, help="of the continuum (%(default)s)")
     parser.add_argument("--quiet", action="store_true", help="show no progress")
 
@@ -49,22 +54,49 @@ def name_of(path: Path) -> str:
     return path.parent.name if path.name == "case.toml" else path.stem
 
 
+def grains(scene: case.Case, options, common: list, scratch: Path) -> tuple[Stage, list[Path]]:
+    """The stage that runs the grains, and the result files it makes: one, or one per seed of an ensemble.
+
+    An ensemble's files are kept by the content of the case, so that a stopped or enlarged one goes on where it was.
+    """
+    if options.seeds == 1:
+        result = scratch / "dem.h5"
+        words = ["dem_reference.run", *common, "--seed", options.seed, "--progress", "-o", result]
+        return Stage("grains (DEM)", [sys.executable, "-m", *words]), [result]
+    name = "run-" + hashlib.sha256(scene.resolved.encode()).hexdigest()[:12]
+    kept = ROOT / "runs" / "ensembles" / name_of(scene.path) / name
+    words = ["dem_reference.ensemble", *common, "--first", options.seed, "--seeds", options.seeds, "--name", name,
+             "--jobs", cores(), "--table", kept / "ensemble.csv"]
+    seeds = range(options.seed, options.seed + options.seeds)
+    return Stage(f"grains (DEM), {options.seeds} seeds", [sys.executable, "-m", *words]), [kept / f"{k}.h5" for k in seeds]
+
+
+def cores() -> int:
+    return len(os.sched_getaffinity(0))
+
+
 def run(options) -> int:
+    if options.seeds < 1:
+        raise CaseError(f"--seeds {options.seeds}: at least one packing is needed")
     scene = case.load(find_case(options.case), options.overrides)
     out = options.out or Path("runs") / name_of(scene.path)
     out.parent.mkdir(parents=True, exist_ok=True)
-    common = [scene.path, "--seed", options.seed, "--progress",
-              *(word for assignment in options.overrides for word in ("--set", assignment))]
+    common = [scene.path, *(word for assignment in options.overrides for word in ("--set", assignment))]
     # Both engines or neither: their results move into the folder when both have ended well.
-    with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as scratch:
-        mpm, dem = Path(scratch) / "mpm.h5", Path(scratch) / "dem.h5"
-        run_stages([Stage("grains (DEM)", [sys.executable, "-m", "dem_reference.run", *common, "-o", dem]),
-                    Stage("continuum (MPM)", [program("mpm_run"), *common, "--threads", options.threads, "-o", mpm])],
-                   together=len(os.sched_getaffinity(0)) > 1, quiet=options.quiet)
+    with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as folder:
+        scratch = Path(folder)
+        grain_stage, grain_results = grains(scene, options, common, scratch)
+        continuum = Stage("continuum (MPM)", [program("mpm_run"), *common, "--seed", options.seed, "--progress",
+                                              "--threads", options.threads, "-o", scratch / "mpm.h5"])
+        run_stages([grain_stage, continuum], together=cores() > 1, quiet=options.quiet)
+        for number, result in enumerate(grain_results, start=1):
+            if result.parent != scratch:
+                shutil.copy(result, scratch / ("dem.h5" if number == 1 else f"dem_{number}.h5"))
         out.mkdir(exist_ok=True)
-        for name in DERIVED:
-            shutil.rmtree(out / name) if (out / name).is_dir() else (out / name).unlink(missing_ok=True)
-        for result in (mpm, dem):
+        for pattern in OURS:
+            for stale in out.glob(pattern):
+                shutil.rmtree(stale) if stale.is_dir() else stale.unlink()
+        for result in scratch.iterdir():
             os.replace(result, out / result.name)
     run_stages([Stage("comparison", [sys.executable, "-m", "compare.report", out, "--progress"])], quiet=options.quiet)
     print(verdict(json.loads((out / "metrics.json").read_text())))
