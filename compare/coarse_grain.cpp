@@ -117,7 +117,8 @@ class Mapper {
 
   template <class K>
   Fields run(const K& kernel) {
-    const Stencils points = spread_points(grid_, kernel, cloud_.size(), [&](std::size_t p) { return cloud_.x[p]; });
+    const Stencils points =
+        make_stencils(grid_, cloud_.size(), place_points(grid_, kernel, [&](std::size_t p) { return cloud_.x[p]; }));
     map_mass_and_motion(points);
     map_two_step(points, two_step_fluctuation(cloud_, grid_, kernel));
     if (!cloud_.spin.empty()) map_rotation(points);
@@ -223,10 +224,6 @@ class Mapper {
   template <class K>
   void map_contacts(const Stencils& points, const K& kernel) {
     const auto& contacts = cloud_.contacts;
-    const Stencils branches = spread_branches(grid_, kernel, std::span(contacts));
-    const Stencils at_contact =
-        spread_points(grid_, kernel, contacts.size(), [&](std::size_t c) { return contacts[c].point; });
-
     stress_ = out_.add("contact_stress", "Pa", 9, "sum f (x) branch psi, psi the exact line integral of the kernel");
     double* t = out_.add("interaction_force_density", "N/m3", 3, "sum over wall and glued-grain contacts of f phi");
     double* F = out_.add("fabric", "-", 9, "psi-weighted mean of n (x) n over contacts, n the branch's direction");
@@ -234,25 +231,33 @@ class Mapper {
     double* power = cloud_.has_dissipation
                         ? out_.add("dissipation_density", "W/m3", 1, "power dissipated at contacts, sum P phi")
                         : nullptr;
-    out_.for_cells([&](std::size_t k) {
-      Mat3 sigma = Mat3::Zero(), fabric = Mat3::Zero();
-      double psi = 0.0;
-      for (const auto& w : branches.of_cell(k)) {
-        const Contact& c = contacts[w.item];
-        sigma += w.value * c.force * c.branch.transpose();
-        const double b2 = c.branch.squaredNorm();
-        if (b2 > 0.0) fabric += w.value / b2 * c.branch * c.branch.transpose(), psi += w.value;
-      }
-      put(stress_, k, sigma);
-      put(F, k, psi > 0.0 ? Mat3(fabric / psi) : Mat3::Constant(nan));
 
-      Vec3 wall = Vec3::Zero();
-      for (const auto& w : at_contact.of_cell(k)) {
-        const Contact& c = contacts[w.item];
-        if (c.wall) wall += w.value * c.force;
-        if (power) power[k] += w.value * c.dissipation;
-      }
-      put(t, k, wall);
+    // Along the branches: f (x) b, n (x) n, 1. At the contact points: wall force, power.
+    const auto along = scatter<19>(grid_, contacts.size(), place_branches(grid_, kernel, std::span(contacts)),
+                                   [&](std::size_t i) {
+                                     const Contact& c = contacts[i];
+                                     Eigen::Matrix<double, 19, 1> q = Eigen::Matrix<double, 19, 1>::Zero();
+                                     const double b2 = c.branch.squaredNorm();
+                                     Eigen::Map<Mat3>(q.data()) = c.force * c.branch.transpose();
+                                     if (b2 > 0.0) {
+                                       Eigen::Map<Mat3>(q.data() + 9) = c.branch * c.branch.transpose() / b2;
+                                       q[18] = 1.0;
+                                     }
+                                     return q;
+                                   });
+    const auto at_point = [&](std::size_t i) { return contacts[i].point; };
+    const std::vector<Eigen::Vector4d> at = scatter<4>(
+        grid_, contacts.size(), place_points(grid_, kernel, at_point), [&](std::size_t i) {
+      const Contact& c = contacts[i];
+      const Vec3 wall = c.wall ? c.force : Vec3::Zero();
+      return Eigen::Vector4d(wall.x(), wall.y(), wall.z(), c.dissipation);
+    });
+    out_.for_cells([&](std::size_t k) {
+      put(stress_, k, Mat3(Eigen::Map<const Mat3>(along[k].data())));
+      put(F, k, along[k][18] > 0.0 ? Mat3(Eigen::Map<const Mat3>(along[k].data() + 9) / along[k][18])
+                                   : Mat3::Constant(nan));
+      put(t, k, Vec3(at[k].head<3>()));
+      if (power) power[k] = at[k][3];
 
       double z = 0.0, n = 0.0;
       for (const auto& w : points.of_cell(k)) z += w.value * cloud_.contact_number[w.item], n += w.value;

@@ -3,8 +3,8 @@
 // Each kernel is a value with three members:
 //   cutoff()      radius of its support [m]
 //   at(r2)        phi at squared distance r2 < cutoff^2 [1/m^D]
-//   line(p2, t)   integral of phi along a straight line, from its point nearest the centre (at squared distance p2)
-//                 to the point a distance t further on; inside the support; odd in t [1/m^(D-1)]
+//   line(p2, t0, t1)  integral of phi along a straight line whose point nearest the centre is at squared distance p2,
+//                 from t0 to t1, distances along the line from that point; inside the support [1/m^(D-1)]
 // w is the standard deviation per component, so that kernels of one width filter alike. For the Gaussian it is the
 // w of the formula: cutting it at 3 w leaves 0.918 w^2, 0.949 w^2, 0.973 w^2 of variance in 3, 2, 1 dimensions.
 // Definitions after Goldhirsch, Granular Matter 12:239 (2010) and Weinhart et al., Granular Matter 14:289 (2012).
@@ -47,12 +47,13 @@ class Gauss {
   }
   double cutoff() const { return 3.0 * w_; }
   double at(double r2) const { return norm_ * std::exp(-r2 * inverse_); }
-  double line(double p2, double t) const {
-    return at(p2) * w_ * std::sqrt(0.5 * kernel_detail::pi) * std::erf(t * std::sqrt(inverse_));
+  double line(double p2, double t0, double t1) const {
+    return at(p2) * line_ * (std::erf(t1 * root_) - std::erf(t0 * root_));
   }
 
  private:
   double w_, inverse_, norm_;
+  double root_ = std::sqrt(inverse_), line_ = w_ * std::sqrt(0.5 * kernel_detail::pi);
 };
 
 /// phi = Z (1 - 6 q^2 + 8 q^3 - 3 q^4), q = r / c.
@@ -68,14 +69,16 @@ class Lucy {
     const double q2 = r2 / (c_ * c_), q = std::sqrt(q2);
     return norm_ * (1.0 + q2 * (-6.0 + q * (8.0 - 3.0 * q)));
   }
-  double line(double p2, double t) const {
+  double line(double p2, double t0, double t1) const { return from_nearest(p2, t1) - from_nearest(p2, t0); }
+
+ private:
+  double from_nearest(double p2, double t) const {
     const double c2 = c_ * c_, t2 = t * t;
     const double r2 = t * (p2 + t2 / 3.0);
     const double r4 = t * (p2 * p2 + t2 * (2.0 * p2 / 3.0 + t2 / 5.0));
     return norm_ * (t - 6.0 * r2 / c2 + 8.0 * kernel_detail::line_r3(p2, t) / (c2 * c_) - 3.0 * r4 / (c2 * c2));
   }
 
- private:
   double c_, norm_;
 };
 
@@ -88,7 +91,7 @@ class Heaviside {
         norm_((D == 1 ? 0.5 : D == 2 ? 1.0 / kernel_detail::pi : 0.75 / kernel_detail::pi) / std::pow(c_, D)) {}
   double cutoff() const { return c_; }
   double at(double) const { return norm_; }
-  double line(double, double t) const { return norm_ * t; }
+  double line(double, double t0, double t1) const { return norm_ * (t1 - t0); }
 
  private:
   double c_, norm_;
@@ -103,7 +106,9 @@ class Linear {
         norm_((D == 1 ? 1.0 : 3.0 / kernel_detail::pi) / std::pow(c_, D)) {}
   double cutoff() const { return c_; }
   double at(double r2) const { return norm_ * (1.0 - std::sqrt(r2) / c_); }
-  double line(double p2, double t) const { return norm_ * (t - kernel_detail::line_r(p2, t) / c_); }
+  double line(double p2, double t0, double t1) const {
+    return norm_ * (t1 - t0 - (kernel_detail::line_r(p2, t1) - kernel_detail::line_r(p2, t0)) / c_);
+  }
 
  private:
   double c_, norm_;

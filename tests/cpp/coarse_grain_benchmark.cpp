@@ -1,6 +1,6 @@
 // Cost of mapping one frame: coarse_grain_benchmark. A block of grains ten diameters deep, three contacts per grain, onto
-// a grid of 1 mm (d/2) with the Gaussian of w = 0.75 d, on one thread. `pairs/s` counts weights, grain-cell and
-// contact-cell; `contacts/s` counts contacts.
+// a grid of 1 mm (d/2) with the Gaussian of w = 0.75 d, on one thread. `pairs/s` counts weights: grain-cell,
+// branch-cell and contact point-cell; `contacts/s` counts contacts.
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
@@ -46,8 +46,14 @@ void map_frame(benchmark::State& state) {
   omp_set_num_threads(1);
   for (auto _ : state) benchmark::DoNotOptimize(coarse_grain<2>(cloud, grid, kernel, {d, 2500.0}));
 
-  const auto pairs = spread_points(grid, gauss, grains, [&](std::size_t p) { return cloud.x[p]; }).pairs() +
-                     spread_branches(grid, gauss, std::span(cloud.contacts)).pairs();
+  const auto of_grains =
+      make_stencils(grid, grains, place_points(grid, gauss, [&](std::size_t p) { return cloud.x[p]; })).pairs();
+  const auto of_branches =
+      make_stencils(grid, cloud.contacts.size(), place_branches(grid, gauss, std::span(cloud.contacts))).pairs();
+  const auto of_points = make_stencils(grid, cloud.contacts.size(), place_points(grid, gauss, [&](std::size_t i) {
+                           return cloud.contacts[i].point;
+                         })).pairs();
+  const auto pairs = of_grains + of_branches + of_points;
   const auto rate = [&](std::size_t n) {
     return benchmark::Counter(static_cast<double>(n), benchmark::Counter::kIsIterationInvariantRate);
   };
