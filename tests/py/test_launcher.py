@@ -1,10 +1,10 @@
 """The launcher: set-up, commands, what `run` prints and leaves."""
 
 import os
+import resource
 import shutil
 import subprocess
 import tempfile
-import time
 from pathlib import Path
 
 import pytest
@@ -39,12 +39,13 @@ def test_it_works_from_any_folder_and_through_a_link(tmp_path):
 
 def test_set_up_costs_little_when_nothing_is_to_be_done():
     launch("describe", "title")
-    times = []
-    for _ in range(5):
-        start = time.monotonic()
-        launch("describe", "title")
-        times.append(time.monotonic() - start)
-    assert min(times) < 1.0  # 0.25 s on an idle machine; the least of five, as others may load it
+
+    def processor_time():
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+    before = processor_time()
+    launch("describe", "title")
+    assert processor_time() - before < 0.6  # [s] 0.2 on an idle machine, more where the cores are shared
 
 
 def test_missing_packages_are_named_with_the_command_that_installs_them():
