@@ -199,13 +199,17 @@ class Solver final : public Simulation {
     out.template head<dim>() = a;
     return out;
   }
-  static Eigen::Array4d lanes(const Vec& a, double first = 0.0) {
-    Eigen::Array4d out = Eigen::Array4d::Zero();
+  static Lanes lanes(const Vec& a, double first = 0.0) {
+    Lanes out = Lanes{};
     out[0] = first;
     for (int d = 0; d < dim; ++d) out[d + 1] = a[d];
     return out;
   }
-  static Vec unlanes(const Eigen::Array4d& a) { return a.template segment<dim>(1).matrix(); }
+  static Vec unlanes(const Lanes& a) {
+    Vec out;
+    for (int d = 0; d < dim; ++d) out[d] = a[d + 1];
+    return out;
+  }
 
   /// f(strip) over all strips; those that run at the same time share no node and no cell.
   template <class F>

@@ -42,8 +42,8 @@ template <class K, class S>
 void Solver<K, S>::clear_grid() {
   for_each_active_column([&](int i) {
     for_each_node_of_column(i, [](Node& node, const auto&) {
-      node.motion.setZero();
-      node.change.setZero();
+      node.motion = Lanes{};
+      node.change = Lanes{};
     });
   });
 }
@@ -67,12 +67,11 @@ void Solver<K, S>::scatter() {
 template <class K, class S>
 template <bool Momentum, bool Force, bool Affine>
 void Solver<K, S>::scatter_strip(const Strip& strip) {
-  using Lanes = Eigen::Array4d;
   for (std::size_t p = strip.begin; p < strip.end; ++p) {
     const AxisWeights n = weights(p);
     const double m = points_.mass[p];
     const Lanes base = lanes(m * points_.v[p], m);
-    std::array<Lanes, dim> slope;  // of the point's momentum along each axis
+    std::array<Lanes, dim> slope{};  // of the point's momentum along each axis
     if constexpr (Affine) {
       for (int d = 0; d < dim; ++d) {
         double inertia = 0.0;
@@ -81,7 +80,7 @@ void Solver<K, S>::scatter_strip(const Strip& strip) {
       }
     }
     std::array<Lanes, dim> traction;  // V sigma e_d
-    Lanes hoop = Lanes::Zero();
+    Lanes hoop = Lanes{};
     if constexpr (Force) {
       const double v = volume(p);
       SymTensor sigma = points_.sigma[p];
@@ -105,19 +104,19 @@ void Solver<K, S>::scatter_strip(const Strip& strip) {
     };
     for (int i = 0; i < S::support; ++i) {
       Node* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
-      const Lanes along_x = Affine ? Lanes(base + n[0].xi[i] * slope[0]) : base;
+      const Lanes along_x = Affine ? base + n[0].xi[i] * slope[0] : base;
       const double w = n[0].w[i];
       if constexpr (dim == 2) {
-        Lanes gradient = Lanes::Zero();
+        Lanes gradient = Lanes{};
         if constexpr (Force) gradient = n[0].dw[i] * traction[0] + w * hoop;
         row(plane + n[1].first, w, along_x, gradient);
       } else {
         for (int j = 0; j < S::support; ++j) {
-          Lanes gradient = Lanes::Zero();
+          Lanes gradient = Lanes{};
           if constexpr (Force)
             gradient = (n[0].dw[i] * n[1].w[j]) * traction[0] + (w * n[1].dw[j]) * traction[1];
           row(plane + (n[1].first + j) * grid_.stride[1] + n[2].first, w * n[1].w[j],
-              Affine ? Lanes(along_x + n[1].xi[j] * slope[1]) : along_x, gradient);
+              Affine ? along_x + n[1].xi[j] * slope[1] : along_x, gradient);
         }
       }
     }
@@ -139,7 +138,9 @@ auto Solver<K, S>::constrained(Vec v, const std::array<int, dim>& node, double t
 }
 
 /// v_new = v + dt (f/m + g), then the walls. Work of each force is taken with the mean of old and final velocity, so
-/// that it equals the change of nodal kinetic energy exactly.
+/// that it equals the change of nodal kinetic energy exactly. The walls act twice: first on what the points' momenta ask
+/// for, which the walls had refused already at the end of the last step: what that costs is the transfer's doing, not
+/// theirs. Fixed walls and rollers then do no work, and the wall's account holds friction alone.
 template <class K, class S>
 void Solver<K, S>::accelerate(double dt) {
   struct Work {
@@ -151,11 +152,12 @@ void Solver<K, S>::accelerate(double dt) {
     for_each_node_of_column(i, [&](Node& node, const auto& index) {
       const double m = node.motion[0];
       if (m <= 0.0) {
-        node.motion.setZero();
-        node.change.setZero();
+        node.motion = Lanes{};
+        node.change = Lanes{};
         return;
       }
-      const Vec old = unlanes(node.motion) / m;
+      const Vec mapped = unlanes(node.motion) / m;
+      const Vec old = constrained(mapped, index, time_);
       const Vec force = unlanes(node.change);
       const Vec free = old + dt * (force / m + setup_.gravity);
       const Vec v = constrained(free, index, time_ + dt);
@@ -166,16 +168,15 @@ void Solver<K, S>::accelerate(double dt) {
       sum.gravity += dt * m * setup_.gravity.dot(mean);
       sum.wall -= m * (v - free).dot(mean);
       node.motion = lanes(v, m);
-      node.change = lanes(v - old);
+      node.change = lanes(v - mapped);
     });
     columns[static_cast<std::size_t>(i)] = sum;
   });
   for (const Work& c : columns) {
-    ledger_.transfer -= c.before - c.after;         // the points book the other halves
+    ledger_.transfer += c.after - c.before;  // the points book the other halves of both mappings
     ledger_.wall += c.wall;
     ledger_.time_integration -= c.internal + c.gravity;  // until law and potential energy book theirs
   }
-  // what is left of before - after once wall, internal and gravity are paid is zero by construction
 }
 
 /// Momenta to velocities, without forces: for gradients taken from the points' own momenta.
@@ -197,23 +198,23 @@ void Solver<K, S>::sharpen_velocity() {
   const auto sweep = [&](auto&& f) {
     for_each_active_column([&](int i) { for_each_node_of_column(i, f); });
   };
-  std::vector<Eigen::Array4d> sum(grid_.nodes.size());
+  std::vector<Lanes> sum(grid_.nodes.size());
   const auto index_of = [&](const Node& node) { return static_cast<std::size_t>(&node - grid_.nodes.data()); };
   sweep([&](Node& node, const auto&) { sum[index_of(node)] = node.motion; });
   for (int l = 1; l < setup_.numerics.xpic_order; ++l) {
     // S: the term at the points
     for_each_strip([&](std::size_t s) {
       for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-        Eigen::Array4d value = Eigen::Array4d::Zero();
+        Lanes value = Lanes{};
         for_each_weight(weights(p), [&](const Node& node, double w) { value += w * node.motion; });
         term[p] = unlanes(value);
       }
     });
-    sweep([&](Node& node, const auto&) { node.change.setZero(); });
+    sweep([&](Node& node, const auto&) { node.change = Lanes{}; });
     // S+: back to the nodes, mass-weighted; change[0] is not needed, the nodal mass is known
     for_each_strip([&](std::size_t s) {
       for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-        const Eigen::Array4d value = lanes(points_.mass[p] * term[p]);
+        const Lanes value = lanes(points_.mass[p] * term[p]);
         for_each_weight(weights(p), [&](Node& node, double w) { node.change += w * value; });
       }
     });
@@ -227,7 +228,7 @@ void Solver<K, S>::sharpen_velocity() {
   }
   sweep([&](Node& node, const auto&) {
     node.motion = sum[index_of(node)];
-    node.change.setZero();
+    node.change = Lanes{};
   });
 }
 
@@ -256,16 +257,15 @@ void Solver<K, S>::gather_velocity(double dt) {
 template <class K, class S>
 template <bool Affine>
 auto Solver<K, S>::gather_velocity_strip(const Strip& strip, double filter, double dt) -> Sums {
-  using Lanes = Eigen::Array4d;
   Sums sum;
   for (std::size_t p = strip.begin; p < strip.end; ++p) {
     const AxisWeights n = weights(p);
-    Lanes velocity = Lanes::Zero(), increment = Lanes::Zero();
+    Lanes velocity = Lanes{}, increment = Lanes{};
     std::array<Lanes, dim> moment;
-    moment.fill(Lanes::Zero());
+    moment.fill(Lanes{});
     // sums along the last axis first, then along the ones before it
     const auto row = [&](const Node* node, Lanes& v, Lanes& dv, Lanes& m) {
-      v = dv = m = Lanes::Zero();
+      v = dv = m = Lanes{};
       for (int k = 0; k < S::support; ++k) {
         const Lanes a = n[dim - 1].w[k] * node[k].motion;
         v += a;
@@ -275,11 +275,11 @@ auto Solver<K, S>::gather_velocity_strip(const Strip& strip, double filter, doub
     };
     for (int i = 0; i < S::support; ++i) {
       const Node* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
-      Lanes v, dv, m_last, m_middle = Lanes::Zero();
+      Lanes v, dv, m_last, m_middle = Lanes{};
       if constexpr (dim == 2) {
         row(plane + n[1].first, v, dv, m_last);
       } else {
-        v = dv = m_last = Lanes::Zero();
+        v = dv = m_last = Lanes{};
         for (int j = 0; j < S::support; ++j) {
           Lanes vj, dvj, mj;
           row(plane + (n[1].first + j) * grid_.stride[1] + n[2].first, vj, dvj, mj);
@@ -319,16 +319,15 @@ auto Solver<K, S>::gather_velocity_strip(const Strip& strip, double filter, doub
 /// averaged, if asked.
 template <class K, class S>
 void Solver<K, S>::gather_gradient() {
-  using Lanes = Eigen::Array4d;
   for_each_strip([&](std::size_t s) {
     for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
       const AxisWeights n = weights(p);
       std::array<Lanes, dim> gradient;
-      gradient.fill(Lanes::Zero());
-      Lanes velocity = Lanes::Zero();
+      gradient.fill(Lanes{});
+      Lanes velocity = Lanes{};
       for (int i = 0; i < S::support; ++i) {
         const Node* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
-        Lanes v = Lanes::Zero(), middle = Lanes::Zero(), last = Lanes::Zero();
+        Lanes v = Lanes{}, middle = Lanes{}, last = Lanes{};
         const auto row = [&](const Node* node, Lanes& value, Lanes& slope) {
           for (int k = 0; k < S::support; ++k) {
             value += n[dim - 1].w[k] * node[k].motion;
@@ -339,7 +338,7 @@ void Solver<K, S>::gather_gradient() {
           row(plane + n[1].first, v, last);
         } else {
           for (int j = 0; j < S::support; ++j) {
-            Lanes vj = Lanes::Zero(), sj = Lanes::Zero();
+            Lanes vj = Lanes{}, sj = Lanes{};
             row(plane + (n[1].first + j) * grid_.stride[1] + n[2].first, vj, sj);
             v += n[1].w[j] * vj;
             middle += n[1].dw[j] * vj;
@@ -510,11 +509,11 @@ template <class K, class S>
 void Solver<K, S>::average_over_nodes(std::vector<double>& field) {
   // `change` is free between stages: lane 0 holds the weight, lane 1 the value
   for_each_active_column(
-      [&](int i) { for_each_node_of_column(i, [](Node& node, const auto&) { node.change.setZero(); }); });
+      [&](int i) { for_each_node_of_column(i, [](Node& node, const auto&) { node.change = Lanes{}; }); });
   for_each_strip([&](std::size_t s) {
     for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
       const double v = volume(p);
-      const Eigen::Array4d value{v, v * field[p], 0.0, 0.0};
+      const Lanes value{v, v * field[p], 0.0, 0.0};
       for_each_weight(weights(p), [&](Node& node, double w) { node.change += w * value; });
     }
   });

@@ -1,0 +1,119 @@
+// A rectangular block of material points in a box, for tests of the solver that need no case.
+#pragma once
+
+#include "mpm/case.hpp"
+#include "mpm/solver.hpp"
+
+namespace grainpair::test {
+
+/// A law without stress: what is left is the transfer, the grid and the walls.
+struct Inert {
+  struct State {};
+  explicit Inert(const Case&) {}
+  Response<State> initial(const InitialState&) const { return respond(); }
+  Response<State> update(const State&, const Deformation&) const { return respond(); }
+  Stability stability(const State&, const SymTensor&, double) const { return {1.0, 0.0}; }
+  double granular_temperature(const State&) const { return 0.0; }
+
+ private:
+  static Response<State> respond() {
+    Response<State> r;
+    r.sigma.setZero();
+    return r;
+  }
+};
+
+inline const Case& any_case(const std::vector<std::string>& keys = {}) {
+  static std::map<std::vector<std::string>, Case> cases;
+  const auto found = cases.find(keys);
+  if (found != cases.end()) return found->second;
+  return cases.emplace(keys, Case::load(GRAINPAIR_SOURCE "/cases/column", keys)).first->second;
+}
+
+/// Bulk density of the block, e0 = 1 [kg/m3].
+inline constexpr double solid_density = 2000.0, void_ratio = 1.0, density = 1000.0;
+
+/// What a block is made of; sizes in cells of size h.
+template <class Kinematics>
+struct Block {
+  static constexpr int dim = Kinematics::dimension;
+  using Vec = Eigen::Matrix<double, dim, 1>;
+  using Mat = Eigen::Matrix<double, dim, dim>;
+
+  double h = 0.1;                      // [m]
+  std::array<int, dim> box, low, high; // grid, and the block in it, in cells
+  int points_per_cell = 2;
+  Vec gravity = Vec::Zero();
+  Walls<dim> walls{};                  // rollers
+  Numerics numerics{};
+  std::function<Vec(const Vec&)> velocity = [](const Vec&) { return Vec(Vec::Zero()); };
+  Mat gradient = Mat::Zero();          // of the velocity, for the affine moment [1/s]
+  std::function<SymTensor(const Vec&)> stress = [](const Vec&) { return SymTensor(SymTensor::Zero()); };
+  std::unique_ptr<Body> body = std::make_unique<BodyOf<Inert>>(Inert(any_case()));
+
+  template <class Shape>
+  std::unique_ptr<Solver<Kinematics, Shape>> build() {
+    const double pitch = h / points_per_cell;
+    std::array<int, 3> n{1, 1, 1};
+    for (std::size_t d = 0; d < dim; ++d) n[d] = (high[d] - low[d]) * points_per_cell;
+    Points<dim> points;
+    points.resize(static_cast<std::size_t>(n[0] * n[1] * n[2]));
+    std::vector<InitialState> initial;
+    const typename Shape::Axis axis(*std::max_element(box.begin(), box.end()) + 10, h, pitch);
+    std::size_t p = 0;
+    for (int i = 0; i < n[0]; ++i)
+      for (int j = 0; j < n[1]; ++j)
+        for (int k = 0; k < n[2]; ++k, ++p) {
+          const std::array<int, 3> index{i, j, k};
+          for (int d = 0; d < dim; ++d)
+            points.x[p][d] = h * low[static_cast<std::size_t>(d)] + pitch * (index[static_cast<std::size_t>(d)] + 0.5);
+          points.v[p] = velocity(points.x[p]);
+          // B = C D with D = sum_i w_i (X_i - x)^2 of each axis
+          for (int d = 0; d < dim; ++d) {
+            // interior weights: the box shifted away from its ends
+            const auto w = Shape::evaluate(axis, points.x[p][d] + 5 * h);
+            double inertia = 0.0;
+            for (int s = 0; s < Shape::support; ++s) inertia += w.w[static_cast<std::size_t>(s)] *
+                                                                w.xi[static_cast<std::size_t>(s)] *
+                                                                w.xi[static_cast<std::size_t>(s)];
+            points.B[p].col(d) = inertia * gradient.col(d);
+          }
+          points.mass[p] = density * std::pow(pitch, dim);
+          points.void_ratio[p] = void_ratio;
+          points.id[p] = static_cast<std::uint32_t>(p);
+          initial.push_back({stress(points.x[p]), void_ratio, 0.0});
+        }
+    numerics.h = h;
+    return std::make_unique<Solver<Kinematics, Shape>>(
+        typename Solver<Kinematics, Shape>::Setup{box, pitch, solid_density, gravity, walls, {}, numerics},
+        std::move(points), std::move(body), initial);
+  }
+};
+
+/// A law of the registry with constants for quick waves: c = 10 m/s at the block's density.
+inline std::unique_ptr<Body> linear_elastic(double poisson_ratio) {
+  const double modulus = density * 100.0;  // P-wave modulus [Pa]
+  const double young = modulus * (1 + poisson_ratio) * (1 - 2 * poisson_ratio) / (1 - poisson_ratio);
+  const Case scene = Case::load(GRAINPAIR_SOURCE "/cases/column",
+                                {"material.law=linear_elastic", fmt::format("material.young_modulus={:.17g}", young),
+                                 fmt::format("material.poisson_ratio={:.17g}", poisson_ratio),
+                                 fmt::format("grains.density={:.17g}", solid_density),
+                                 fmt::format("initial.void_ratio={:.17g}", void_ratio)});
+  return material_registry().at("linear_elastic")(scene);
+}
+
+/// Angular momentum about the origin, the affine moments included: sum m (x v_y - y v_x + B_yx - B_xy) [kg m2/s].
+template <class Simulation>
+double angular_momentum(const Simulation& s, bool affine) {
+  double sum = 0.0;
+  s.visit_points([&](const auto& points) {
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      const auto& x = points.x[p];
+      const auto& v = points.v[p];
+      sum += points.mass[p] * (x[0] * v[1] - x[1] * v[0] + (affine ? points.B[p](1, 0) - points.B[p](0, 1) : 0.0));
+    }
+  });
+  return sum;
+}
+
+}  // namespace grainpair::test
