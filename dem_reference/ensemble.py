@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from compare.case import load
 from compare.errors import CaseError, EngineError
@@ -29,11 +30,15 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def write_table(runs: list[Path], target: Path, command: str) -> None:
-    """The scalars of the runs as CSV, below comment lines that say where they come from."""
+    """The scalars of the runs as CSV."""
     table = pd.DataFrame([scalars(run) for run in runs]).sort_values("seed")
+    save(table, target, command, "units: " + ", ".join(f"{name} [{unit}]" for name, unit in SCALARS.items()))
+
+
+def save(table: pd.DataFrame, target: Path, command: str, note: str) -> None:
+    """A table as CSV below comment lines that say where it comes from; appears complete or not at all."""
     today = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d")
-    header = [f"command: {command}", f"commit: {commit()}  date: {today}  machine: {platform.machine()}, {processor()}",
-              "units: " + ", ".join(f"{name} [{unit}]" for name, unit in SCALARS.items())]
+    header = [f"command: {command}", f"commit: {commit()}  date: {today}  machine: {platform.machine()}, {processor()}", note]
     text = "".join(f"# {line}\n" for line in header) + table.to_csv(index=False, float_format="%.6g")
     target.parent.mkdir(parents=True, exist_ok=True)
     draft = target.with_name(f".{target.name}")
@@ -49,8 +54,6 @@ def processor() -> str:
 
 def scatter(target: Path) -> str:
     """Mean and 95 % interval (Student's t) of each scalar, one line each."""
-    from scipy import stats
-
     table = pd.read_csv(target, comment="#")
     n = len(table)
     half = stats.t.ppf(0.975, n - 1) * table.std(ddof=1) / np.sqrt(n) if n > 1 else table.mean() * np.nan

@@ -4,8 +4,10 @@ Protocol of one attempt, the same for every case:
  1. grains placed at random without overlap, solid fraction 0.26, 4 % more than the column holds;
  2. they fall and settle under gravity, soft (dem.packing_young_modulus), with a pouring friction mu_p and a viscous
     drag that limits their speed, until the mean kinetic energy of a grain is below 1e-4 m g d;
- 3. grains whose centres lie above H are removed, so that the number kept is what a homogeneous column of height H holds;
- 4. friction is set to the grains' own, and the Young modulus raised to the run's in stages of at most sqrt(10);
+ 3. friction and Young modulus are set to the run's. Where the run's grains are the stiffer, those poured were larger by what
+    the weight of the column squeezes them, and take their own size now: their overlaps open and the bed comes to rest again
+    by a fraction of a grain. (Raising the stiffness at constant overlap locks lateral stress in: K0 near 1.)
+ 4. grains whose centres lie above H are removed, so that the number kept is what a homogeneous column of height H holds;
  5. the drag is removed and the packing rests, until the mean kinetic energy is below 1e-5 m g d.
 Search: the void ratio of 5 is measured 2.5 d away from base, walls and surface (void_ratio.py) and mu_p moved by the difference
 until it lies within dem.void_ratio_tolerance of initial.void_ratio; at mu_p = 2 friction has nothing left to give and the
@@ -17,6 +19,7 @@ import json
 import os
 import shutil
 import tempfile
+from dataclasses import replace
 from math import sqrt
 from pathlib import Path
 
@@ -35,10 +38,8 @@ from .void_ratio import bulk_box, void_ratio
 
 POUR_SURPLUS = 1.04
 SETTLED, AT_REST = 1e-4, 1e-5  # mean kinetic energy of a grain [m g d]
-STAGE = sqrt(10)  # largest factor between two stiffnesses
 REFERENCE_DRAG = 4e-4  # [kg/s] of packing_damping = 1 for the reference grain
 REFERENCE_DIAMETER, REFERENCE_MASS = 2e-3, 2532 * np.pi / 6 * 2e-3**3
-STIFFENING_DRAG = 25.0  # times the reference drag: the overlaps' surplus energy goes within a millisecond
 FRICTION_RANGE = (0.0, 2.0)
 SLOPE, LONGEST_STEP = 0.05, 0.4  # d(void ratio)/d(mu_p), measured on columns of 25 d; limit of one move of mu_p
 PIECE = 500  # steps between looks at the kinetic energy
@@ -55,6 +56,17 @@ def nominal_count(case: dict, grains: Grains) -> float:
     geometry = case["geometry"]
     column = geometry["height"] * geometry["length"] * geometry["thickness"]
     return column / (1 + case["initial"]["void_ratio"]) / grains.volume
+
+
+def squeeze(case: dict, grains: Grains) -> float:
+    """Overlap over diameter of softer `grains` under the weight of the whole column.
+
+    A contact of a packing under pressure p carries about f = p d^2, with which Hertz gives (f / (4/3 Y* sqrt(R*)))^(2/3).
+    """
+    geometry = case["geometry"]
+    pressure = grains.density / (1 + case["initial"]["void_ratio"]) * geometry["gravity"] * geometry["height"]
+    d = grains.diameter
+    return (pressure * d**2 / (4 / 3 * grains.contact_modulus * sqrt(d / 4))) ** (2 / 3) / d
 
 
 def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path, report) -> None:
@@ -77,8 +89,10 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
         raise EngineError(f"packing: still moving after {longest:.3g} s of {text} (mean kinetic energy "
                           f"{engine.scalar('kinetic') / unit:.1e} m g d) raise dem.packing_damping")
 
-    pour, top = scene.pouring(case, grains, count, seed)
-    dt = fraction * Grains.of(case, soft).rayleigh_time()
+    softer = Grains.of(case, soft)
+    swelling = 1 + (squeeze(case, softer) if soft < grains.young_modulus else 0.0)
+    pour, top = scene.pouring(case, replace(softer, diameter=swelling * grains.diameter), count, seed)
+    dt = fraction * softer.rayleigh_time()
     engine.commands(scene.beginning(case, grains, scene.new_box(case, grains, top + grains.diameter), soft))
     engine.commands(scene.material(case, grains, soft, friction))
     engine.commands(scene.glued_atoms(case, grains, seed))
@@ -93,19 +107,13 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
     engine.commands(f"fix drag mobile viscous {drag(case, grains, damping):.17g}\nrun 0")
     rest(SETTLED, longest, dt, poured, "settling", (0.0, 0.8))
 
+    dt = fraction * grains.rayleigh_time()
+    engine.commands(f"set group mobile density {grains.density} diameter {grains.diameter:.17g}\ntimestep {dt:.17g}")
+    engine.commands(scene.material(case, grains, grains.young_modulus, grains.friction))
+    engine.commands(f"fix drag mobile viscous {drag(case, grains, 1.0):.17g}\nrun 0")
+    rest(SETTLED, longest, dt, poured, "resting", (0.8, 0.95))
     engine.commands(f"region surplus block INF INF {height:.17g} INF INF INF units box\ndelete_atoms region surplus compress no")
     kept = int((engine.atoms()["type"] == scene.TYPES["grain"]).sum())
-    modulus = soft
-    while modulus < grains.young_modulus:
-        modulus = min(modulus * STAGE, grains.young_modulus)
-        dt = fraction * Grains.of(case, modulus).rayleigh_time()
-        engine.commands(scene.material(case, grains, modulus, grains.friction))
-        engine.commands(f"fix drag mobile viscous {drag(case, grains, STIFFENING_DRAG):.17g}\ntimestep {dt:.17g}\nrun 0")
-        report(0.85, "stiffening")
-        engine.advance(4000)
-    engine.commands(scene.material(case, grains, modulus, grains.friction))
-    engine.commands(f"fix drag mobile viscous {drag(case, grains, 1.0):.17g}\nrun 0")
-    rest(SETTLED, longest, dt, kept, "resting", (0.9, 0.95))
     engine.commands("unfix drag\nrun 0")
     rest(AT_REST, longest, dt, kept, "resting", (0.95, 1.0))
     if engine.count() != kept + int((engine.atoms()["type"] == scene.TYPES["glued"]).sum()):

@@ -22,6 +22,7 @@ from compare.errors import EngineError
 from . import scene
 from .collapse import Plan
 from .element import lammps
+from .ensemble import save
 from .grains import Grains
 from .packing import drag
 from .summary import scalars
@@ -100,7 +101,8 @@ def main() -> int:
         return 3
     table = pd.DataFrame(rows)
     if options.output:
-        table.to_csv(options.output, index=False, float_format="%.6g")
+        save(table, options.output, " ".join(["python3 -m dem_reference.second_opinion", *sys.argv[1:]]),
+             "units as in ensemble.csv; LAMMPS starts from the same settled positions")
     means = table.groupby("engine")[list(COMPARED)].agg(["mean", "std"])
     print(means.T.unstack().to_string(float_format=lambda value: f"{value:.4g}"))
     return 0

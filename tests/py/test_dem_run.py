@@ -112,8 +112,9 @@ def test_forces_stand_for_the_weight_at_release(whole):
         from_base = np.array([kind[a] == 3 for a in first])
         lift = force[on_base].sum() - force[from_base].sum() + force[second == -3].sum()
         weight = file["packing"].attrs["mass"] * load(CASE)["geometry.gravity"]
-    # at rest to a mean kinetic energy of 1e-6 m g d: the acceleration left is of order 1e-3 g
-    assert lift == pytest.approx(weight, rel=5e-3)
+    # a mean kinetic energy of 1e-5 m g d is a speed of 0.6 mm/s; were all of it the column's breathing, at pi c/(2 H), about
+    # 2 kHz, it would be 0.1 g. Most of it is not.
+    assert lift == pytest.approx(weight, rel=3e-2)
 
 
 def test_every_contact_force_is_rebuilt_to_round_off(whole):
