@@ -46,9 +46,12 @@ class PointModel:
         values |= {f"grains.{name}": value for name, value in vars(self.grains).items()}
         return ["material.law=solid_fluid"] + [f"{key}={value}" for key, value in values.items()]
 
-    def _drive(self, void_ratio: float, pressure: float, temperature: float, *legs: str) -> dict:
-        """Columns of mpm_point's CSV for a path of `legs` (TOML tables without their header), as arrays by name."""
-        text = [f"case = {json.dumps(str(BASE))}", f"set = {json.dumps([*self.settings, f'initial.void_ratio={void_ratio!r}'])}", "[start]",
+    def _drive(self, void_ratio: float, pressure: float, temperature: float, *legs: str, every: int = 1) -> dict:
+        """Columns of mpm_point's CSV for a path of `legs` (TOML tables without their header), as arrays by name.
+
+        A row per `every` steps is kept.
+        """
+        text = [f"case = {json.dumps(str(BASE))}", f"every = {every}", f"set = {json.dumps([*self.settings, f'initial.void_ratio={void_ratio!r}'])}", "[start]",
                 f"void_ratio = {void_ratio!r}", f"pressure = {float(pressure)!r}", f"granular_temperature = {float(temperature)!r}"]
         for leg in legs:
             text += ["[[leg]]", leg]
@@ -74,7 +77,7 @@ class PointModel:
     def _steady(self, nu: float, rate: float) -> tuple[float, float, float]:
         # Denser than critical, the path starts at half the critical pressure: from no stress at all, none would build up.
         start = 0.5 * float(Model(self.card, self.grains).critical_pressure(nu))
-        end = self.drive(1 / nu - 1, start, QUIET, f'path = "simple_shear"\nrate = {rate!r}\nstrain = 12.0\nsteps = 8000')
+        end = self.drive(1 / nu - 1, start, QUIET, f'path = "simple_shear"\nrate = {rate!r}\nstrain = 12.0\nsteps = 4000', every=4000)
         shear = abs(end["sigma_q_xy"][-1] + end["sigma_c_xy"][-1])
         return end["granular_temperature"][-1], end["p_q"][-1] + end["p_c"][-1], shear
 
@@ -91,7 +94,7 @@ class PointModel:
         for _ in range(12):
             legs.append(f'path = "rest"\nduration = {400 * step!r}\nsteps = 400')
             step *= 3
-        history = self.drive(1 / nu - 1, 0.0, T0, *legs)
+        history = self.drive(1 / nu - 1, 0.0, T0, *legs, every=10)
         # 1/sqrt(T) is straight in time: interpolate that
         return float(np.interp(T**-0.5, history["granular_temperature"] ** -0.5, history["time"]))
 
@@ -102,7 +105,7 @@ class PointModel:
         start, end = 0.01, float(axial_strain.max()) * 1.001  # the elastic rise is short: small steps there
         history = self.drive(float(void_ratio), float(lateral), QUIET,
                              f'path = "triaxial"\nrate = {rate!r}\nstrain = {start}\nsteps = 2000',
-                             f'path = "triaxial"\nrate = {rate!r}\nstrain = {end - start!r}\nsteps = 4000')
+                             f'path = "triaxial"\nrate = {rate!r}\nstrain = {end - start!r}\nsteps = 4000', every=20)
         stress = {name: history[f"sigma_q_{name}"] + history[f"sigma_c_{name}"] for name in ("xx", "yy", "zz")}
         at = {"deviator": stress["yy"] - (stress["xx"] + stress["zz"]) / 2, "pressure": sum(stress.values()) / 3,
               "volumetric_strain": sum(history[f"strain_{name}"] for name in ("xx", "yy", "zz")),
@@ -111,7 +114,7 @@ class PointModel:
 
     def isotropic(self, void_ratio, pressure, pressures):
         """Void ratio at `pressures` on the isotropic path through (void_ratio, pressure); see Model.isotropic."""
-        history = self.drive(float(void_ratio), float(pressure), QUIET, 'path = "isotropic"\nrate = 0.01\nstrain = 0.15\nsteps = 6000')
+        history = self.drive(float(void_ratio), float(pressure), QUIET, 'path = "isotropic"\nrate = 0.01\nstrain = 0.15\nsteps = 6000', every=20)
         return np.interp(pressures, history["p_q"], history["void_ratio"])
 
     def moduli(self, pressure):
