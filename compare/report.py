@@ -107,6 +107,7 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
             figures.append(draw(chart, c, Path(scratch)))
         shutil.rmtree(folder / "figures", ignore_errors=True)
         shutil.copytree(scratch, folder / "figures")
+        (folder / "figures").chmod(folder.stat().st_mode & 0o777)  # a scratch folder is its owner's alone
     attributes = c.dem[0].fields.values.file.attrs
     mapping = {k: v.decode() if isinstance(v, bytes) else v for k, v in attributes.items()}
     write_atomically(folder / "report.html", render(c, metrics, [f for f in figures if f], judged, mapping))

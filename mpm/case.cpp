@@ -81,6 +81,9 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
     const std::string table = asked.table().empty() ? name : asked.table();
     if (tables.contains(table))
       refuse(where, "'{0}' is a table, not a value (its keys stand under [{0}])", table);
+    if (table == "element")
+      refuse(where,
+             "this is an element test, not a scene (no column). Run it with: grainpair element");
     std::vector<std::string> known = siblings;
     known.insert(known.end(), tables.begin(), tables.end());
     refuse(where, "unknown {} '{}' (known: {}).{}", asked.table().empty() ? "key" : "table", table,

@@ -223,6 +223,10 @@ TEST_F(CaseFiles, PeriodicImagesOfAWedgeAreRefused) {
               HasSubstr("walls.front_back = \"periodic\" contradicts"));
 }
 
+TEST_F(CaseFiles, ElementTestsAreToldFromScenes) {
+  EXPECT_THAT(refusal(cases + "/shear"), HasSubstr("this is an element test, not a scene"));
+}
+
 TEST_F(CaseFiles, MissingKeyIsNamedWithItsMeaning) {
   EXPECT_THAT(refusal(file("little.toml", "title = 'x'\n[geometry]\nheight = 0.1\n")),
               HasSubstr("missing key 'geometry.length' (Length L0"));
