@@ -1,5 +1,5 @@
-// Cell list: the points within a cutoff of a position, in fixed order. Directions follow SampleGrid; periodic where
-// the grid is.
+// Cell list: the points within a cutoff of a position, in fixed order. Directions follow
+// SampleGrid; periodic where the grid is.
 #pragma once
 
 #include <numeric>
@@ -13,7 +13,8 @@ class CellList {
  public:
   using Point = typename SampleGrid<D>::Point;
 
-  CellList(const std::vector<Vec3>& positions, const SampleGrid<D>& grid, double cutoff) : cutoff_(cutoff) {
+  CellList(const std::vector<Vec3>& positions, const SampleGrid<D>& grid, double cutoff)
+      : cutoff_(cutoff) {
     x_.reserve(positions.size());
     for (const auto& r : positions) x_.push_back(grid.project(r));
     lower_ = x_.empty() ? Point::Zero().eval() : x_.front();
@@ -24,7 +25,10 @@ class CellList {
       bins_[a] = std::max(1, static_cast<int>((upper[a] - lower_[a]) / cutoff));
       side_[a] = std::max(cutoff, (upper[a] - lower_[a]) / bins_[a] * (1.0 + 1e-12));
     }
-    begin_.assign(static_cast<std::size_t>(std::accumulate(bins_.begin(), bins_.end(), 1, std::multiplies<>())) + 1, 0);
+    begin_.assign(static_cast<std::size_t>(
+                      std::accumulate(bins_.begin(), bins_.end(), 1, std::multiplies<>())) +
+                      1,
+                  0);
     for (const auto& r : x_) ++begin_[bin(r) + 1];
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
     order_.resize(x_.size());
@@ -32,7 +36,8 @@ class CellList {
     for (std::size_t p = 0; p < x_.size(); ++p) order_[next[bin(x_[p])]++] = p;
   }
 
-  /// visit(q, squared distance) for every point q within the cutoff of point p, p itself and periodic images included.
+  /// visit(q, squared distance) for every point q within the cutoff of point p, p itself and
+  /// periodic images included.
   template <class Visit>
   void neighbours(std::size_t p, Visit visit) const {
     // Images within reach: those shifts that bring p's ball onto the box of the points.
@@ -51,26 +56,31 @@ class CellList {
   }
 
  private:
-  int index(int a, double x) const { return static_cast<int>(std::floor((x - lower_[a]) / side_[a])); }
+  int index(int a, double x) const {
+    return static_cast<int>(std::floor((x - lower_[a]) / side_[a]));
+  }
   std::size_t bin(const Point& r) const {
     std::size_t k = 0;
     for (int a = D - 1; a >= 0; --a)
-      k = k * static_cast<std::size_t>(bins_[a]) + static_cast<std::size_t>(std::clamp(index(a, r[a]), 0, bins_[a] - 1));
+      k = k * static_cast<std::size_t>(bins_[a]) +
+          static_cast<std::size_t>(std::clamp(index(a, r[a]), 0, bins_[a] - 1));
     return k;
   }
   template <class Visit>
   void near(const Point& r, Visit& visit) const {
     std::array<int, 3> lo{0, 0, 0}, hi{0, 0, 0};
     for (int a = 0; a < D; ++a) {
-      lo[a] = std::max(0, index(a, r[a] - cutoff_)), hi[a] = std::min(bins_[a] - 1, index(a, r[a] + cutoff_));
+      lo[a] = std::max(0, index(a, r[a] - cutoff_)),
+      hi[a] = std::min(bins_[a] - 1, index(a, r[a] + cutoff_));
       if (lo[a] > hi[a]) return;
     }
     const auto at = [&](int a) { return a < D ? static_cast<std::size_t>(bins_[a]) : 1; };
     for (int k2 = lo[2]; k2 <= hi[2]; ++k2)
       for (int k1 = lo[1]; k1 <= hi[1]; ++k1)
         for (int k0 = lo[0]; k0 <= hi[0]; ++k0) {
-          const std::size_t k = (static_cast<std::size_t>(k2) * at(1) + static_cast<std::size_t>(k1)) * at(0) +
-                                static_cast<std::size_t>(k0);
+          const std::size_t k =
+              (static_cast<std::size_t>(k2) * at(1) + static_cast<std::size_t>(k1)) * at(0) +
+              static_cast<std::size_t>(k0);
           for (std::size_t i = begin_[k]; i < begin_[k + 1]; ++i) {
             const double r2 = (x_[order_[i]] - r).squaredNorm();
             if (r2 < cutoff_ * cutoff_) visit(order_[i], r2);

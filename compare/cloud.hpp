@@ -1,5 +1,6 @@
-// A cloud: points with mass and velocity, and the forces between them. Grains and material points both become one
-// and pass through the same kernel, so that what is compared has been filtered once, and alike.
+// A cloud: points with mass and velocity, and the forces between them. Grains and material points
+// both become one and pass through the same kernel, so that what is compared has been filtered
+// once, and alike.
 #pragma once
 
 #include <optional>
@@ -9,23 +10,23 @@
 
 namespace grainpair {
 
-/// A force along a branch. Between two moving grains the branch runs from centre to centre; against a wall or a
-/// glued grain it ends at the contact point, and the force also enters the interaction-force density there
-/// (Weinhart et al. 2012).
+/// A force along a branch. Between two moving grains the branch runs from centre to centre; against
+/// a wall or a glued grain it ends at the contact point, and the force also enters the
+/// interaction-force density there (Weinhart et al. 2012).
 struct Contact {
-  Vec3 start;               // centre of the first grain [m]
-  Vec3 branch;              // from the other end to `start`, nearest image [m]
-  Vec3 point;               // contact point [m]
-  Vec3 force;               // on the first grain [N]
-  double dissipation = 0.0; // [W]
+  Vec3 start;                // centre of the first grain [m]
+  Vec3 branch;               // from the other end to `start`, nearest image [m]
+  Vec3 point;                // contact point [m]
+  Vec3 force;                // on the first grain [N]
+  double dissipation = 0.0;  // [W]
   bool wall = false;
 };
 
 struct Cloud {
   // Per point p.
-  std::vector<Vec3> x, v;           // [m], [m/s]
-  std::vector<double> mass;         // [kg]
-  std::vector<double> solid_volume; // without voids [m3]
+  std::vector<Vec3> x, v;            // [m], [m/s]
+  std::vector<double> mass;          // [kg]
+  std::vector<double> solid_volume;  // without voids [m3]
 
   // Grains only; empty otherwise.
   std::vector<Vec3> spin;              // [1/s]
@@ -43,8 +44,9 @@ struct Cloud {
   std::size_t size() const { return x.size(); }
 };
 
-/// The part of a cloud with lower <= x[axis] < upper; branches are cut at the two planes, and each keeps the share
-/// of its force that lies inside. For profiles, which average over a range of the other coordinates.
+/// The part of a cloud with lower <= x[axis] < upper; branches are cut at the two planes, and each
+/// keeps the share of its force that lies inside. For profiles, which average over a range of the
+/// other coordinates.
 inline Cloud cut(const Cloud& c, int axis, double lower, double upper) {
   const auto inside = [&](const Vec3& r) { return r[axis] >= lower && r[axis] < upper; };
   Cloud out;
@@ -55,9 +57,12 @@ inline Cloud cut(const Cloud& c, int axis, double lower, double upper) {
   };
   for (std::size_t p = 0; p < c.size(); ++p) {
     if (!inside(c.x[p])) continue;
-    keep(c.x, out.x, p), keep(c.v, out.v, p), keep(c.mass, out.mass, p), keep(c.solid_volume, out.solid_volume, p);
-    keep(c.spin, out.spin, p), keep(c.inertia, out.inertia, p), keep(c.contact_number, out.contact_number, p);
-    keep(c.void_ratio, out.void_ratio, p), keep(c.granular_temperature, out.granular_temperature, p);
+    keep(c.x, out.x, p), keep(c.v, out.v, p), keep(c.mass, out.mass, p),
+        keep(c.solid_volume, out.solid_volume, p);
+    keep(c.spin, out.spin, p), keep(c.inertia, out.inertia, p),
+        keep(c.contact_number, out.contact_number, p);
+    keep(c.void_ratio, out.void_ratio, p),
+        keep(c.granular_temperature, out.granular_temperature, p);
     keep(c.stress, out.stress, p);
   }
   for (Contact k : c.contacts) {

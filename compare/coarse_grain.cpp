@@ -17,8 +17,9 @@ class Builder {
   explicit Builder(std::size_t cells) : cells_(cells) { fields_.list.reserve(64); }
 
   double* add(const char* name, const char* unit, int components, const char* doc) {
-    fields_.list.push_back({name, unit, doc, components,
-                            std::vector<double>(cells_ * static_cast<std::size_t>(components), 0.0)});
+    fields_.list.push_back(
+        {name, unit, doc, components,
+         std::vector<double>(cells_ * static_cast<std::size_t>(components), 0.0)});
     return fields_.list.back().values.data();
   }
   template <class PerCell>
@@ -37,19 +38,23 @@ void put(double* field, std::size_t k, const Vec3& a) { Eigen::Map<Vec3>(field +
 void put(double* field, std::size_t k, const Mat3& a) { Eigen::Map<RowMat3>(field + 9 * k) = a; }
 Mat3 tensor(const double* field, std::size_t k) { return Eigen::Map<const RowMat3>(field + 9 * k); }
 
-/// Weighted affine fit u ~ U + G (x - xbar) of a vector carried by points about one cell, and what it leaves over.
+/// Weighted affine fit u ~ U + G (x - xbar) of a vector carried by points about one cell, and what
+/// it leaves over.
 template <int D>
 struct AffineFit {
   using Point = Eigen::Matrix<double, D, 1>;
-  Vec3 mean = Vec3::Constant(nan);                                             // U
+  Vec3 mean = Vec3::Constant(nan);                                                    // U
   Eigen::Matrix<double, 3, D> gradient = Eigen::Matrix<double, 3, D>::Constant(nan);  // G
-  double variance = nan;  // weighted mean square of the residual, unbiased; sum over the three components
+  double variance =
+      nan;  // weighted mean square of the residual, unbiased; sum over the three components
 };
 
-/// For independent fluctuations of variance s2 per component the weighted residual sum of squares has the mean
+/// For independent fluctuations of variance s2 per component the weighted residual sum of squares
+/// has the mean
 ///   s2 (S - tr(A^-1 B)),   S = sum w,  A = sum w X X^T,  B = sum w^2 X X^T,  X = (1, x - xbar),
-/// so dividing by S - tr(A^-1 B) instead of S removes the self-inclusion bias, and the fit removes the velocity
-/// gradient's w^2 G:G. Where the points do not span D directions no fit exists and the result stays NaN.
+/// so dividing by S - tr(A^-1 B) instead of S removes the self-inclusion bias, and the fit removes
+/// the velocity gradient's w^2 G:G. Where the points do not span D directions no fit exists and the
+/// result stays NaN.
 template <int D>
 AffineFit<D> affine_fit(std::span<const Weight> row, auto weight, auto offset, auto vector) {
   using Point = Eigen::Matrix<double, D, 1>;
@@ -83,16 +88,20 @@ AffineFit<D> affine_fit(std::span<const Weight> row, auto weight, auto offset, a
   const double freedom = S - S2 / S - ldlt.solve(B).trace();
   if (freedom < 0.05 * S) return fit;  // fewer independent points than the fit has constants
   double rest = 0.0;
-  for (const auto& e : row) rest += weight(e) * (vector(e) - U - fit.gradient * (offset(e) - xbar)).squaredNorm();
+  for (const auto& e : row)
+    rest += weight(e) * (vector(e) - U - fit.gradient * (offset(e) - xbar)).squaredNorm();
   fit.variance = rest / freedom;
   return fit;
 }
 
-/// Squared fluctuation |v_i - V(r_i)|^2 / c_i of every point, V smoothed with the same kernel at the point itself, and
+/// Squared fluctuation |v_i - V(r_i)|^2 / c_i of every point, V smoothed with the same kernel at
+/// the point itself, and
 ///   c_i = 1 - 2 w_ii/S_i + sum_j w_ij^2/S_i^2,   w_ij = m_j phi_ij,  S_i = sum_j w_ij,
-/// what that difference keeps of independent fluctuations, V containing v_i itself. NaN for a point on its own.
+/// what that difference keeps of independent fluctuations, V containing v_i itself. NaN for a point
+/// on its own.
 template <int D, class K>
-std::vector<double> two_step_fluctuation(const Cloud& cloud, const SampleGrid<D>& grid, const K& kernel) {
+std::vector<double> two_step_fluctuation(const Cloud& cloud, const SampleGrid<D>& grid,
+                                         const K& kernel) {
   const CellList<D> cells(cloud.x, grid, kernel.cutoff());
   std::vector<double> out(cloud.size(), nan);
 #pragma omp parallel for schedule(dynamic, 256)
@@ -118,7 +127,8 @@ class Mapper {
   template <class K>
   Fields run(const K& kernel) {
     const Stencils points =
-        make_stencils(grid_, cloud_.size(), place_points(grid_, kernel, [&](std::size_t p) { return cloud_.x[p]; }));
+        make_stencils(grid_, cloud_.size(),
+                      place_points(grid_, kernel, [&](std::size_t p) { return cloud_.x[p]; }));
     map_mass_and_motion(points);
     map_two_step(points, two_step_fluctuation(cloud_, grid_, kernel));
     if (!cloud_.spin.empty()) map_rotation(points);
@@ -140,7 +150,8 @@ class Mapper {
     }
     return [this, r](const Weight& e) -> Point {
       Point x = grid_.project(cloud_.x[e.item]) - r;
-      for (int a = 0; a < D; ++a) x[a] -= e.image[static_cast<std::size_t>(a)] * grid_.cells[a] * grid_.spacing[a];
+      for (int a = 0; a < D; ++a)
+        x[a] -= e.image[static_cast<std::size_t>(a)] * grid_.cells[a] * grid_.spacing[a];
       return x;
     };
   }
@@ -151,13 +162,18 @@ class Mapper {
     density_ = out_.add("density", "kg/m3", 1, "mass per volume, sum m phi");
     double* momentum = out_.add("momentum", "kg/(m2 s)", 3, "momentum per volume, sum m v phi");
     double* velocity = out_.add("velocity", "m/s", 3, "momentum / density");
-    gradient_ = out_.add("velocity_gradient", "1/s", 9, "dv_i/dx_j of the weighted affine fit; zero across the depth");
-    kinetic_ = out_.add("kinetic_stress", "Pa", 9, "sum m v' v' phi with v' = v - velocity, compression positive");
+    gradient_ = out_.add("velocity_gradient", "1/s", 9,
+                         "dv_i/dx_j of the weighted affine fit; zero across the depth");
+    kinetic_ = out_.add("kinetic_stress", "Pa", 9,
+                        "sum m v' v' phi with v' = v - velocity, compression positive");
     double* one = out_.add("granular_temperature_one_step", "m2/s2", 1,
-                           "trace of kinetic_stress / (3 density), uncorrected: holds the velocity gradient's w^2 G:G/3");
-    double* T = out_.add("granular_temperature", "m2/s2", 1,
-                         "mean square fluctuation per component about the affine fit, corrected for self-inclusion");
-    double* number = out_.add("effective_number", "-", 1, "(sum m phi)^2 / sum (m phi)^2: points an average rests on");
+                           "trace of kinetic_stress / (3 density), uncorrected: holds the velocity "
+                           "gradient's w^2 G:G/3");
+    double* T = out_.add(
+        "granular_temperature", "m2/s2", 1,
+        "mean square fluctuation per component about the affine fit, corrected for self-inclusion");
+    double* number = out_.add("effective_number", "-", 1,
+                              "(sum m phi)^2 / sum (m phi)^2: points an average rests on");
 
     out_.for_cells([&](std::size_t k) {
       const auto row = points.of_cell(k);
@@ -208,8 +224,9 @@ class Mapper {
   }
 
   void map_rotation(const Stencils& points) {
-    double* T = out_.add("rotational_temperature", "m2/s2", 1,
-                         "sum I |w'|^2 phi / (3 sum m phi), w' about the affine fit, corrected for self-inclusion");
+    double* T = out_.add(
+        "rotational_temperature", "m2/s2", 1,
+        "sum I |w'|^2 phi / (3 sum m phi), w' about the affine fit, corrected for self-inclusion");
     out_.for_cells([&](std::size_t k) {
       const auto row = points.of_cell(k);
       double inertia = 0.0;
@@ -224,51 +241,60 @@ class Mapper {
   template <class K>
   void map_contacts(const Stencils& points, const K& kernel) {
     const auto& contacts = cloud_.contacts;
-    stress_ = out_.add("contact_stress", "Pa", 9, "sum f (x) branch psi, psi the exact line integral of the kernel");
-    double* t = out_.add("interaction_force_density", "N/m3", 3, "sum over wall and glued-grain contacts of f phi");
-    double* F = out_.add("fabric", "-", 9, "psi-weighted mean of n (x) n over contacts, n the branch's direction");
-    double* Z = out_.add("coordination", "-", 1, "mean number of contacts per grain, walls included");
-    double* power = cloud_.has_dissipation
-                        ? out_.add("dissipation_density", "W/m3", 1, "power dissipated at contacts, sum P phi")
-                        : nullptr;
+    stress_ = out_.add("contact_stress", "Pa", 9,
+                       "sum f (x) branch psi, psi the exact line integral of the kernel");
+    double* t = out_.add("interaction_force_density", "N/m3", 3,
+                         "sum over wall and glued-grain contacts of f phi");
+    double* F = out_.add("fabric", "-", 9,
+                         "psi-weighted mean of n (x) n over contacts, n the branch's direction");
+    double* Z =
+        out_.add("coordination", "-", 1, "mean number of contacts per grain, walls included");
+    double* power = cloud_.has_dissipation ? out_.add("dissipation_density", "W/m3", 1,
+                                                      "power dissipated at contacts, sum P phi")
+                                           : nullptr;
 
     // Along the branches: f (x) b, n (x) n, 1. At the contact points: wall force, power.
-    const auto along = scatter<19>(grid_, contacts.size(), place_branches(grid_, kernel, std::span(contacts)),
-                                   [&](std::size_t i) {
-                                     const Contact& c = contacts[i];
-                                     Eigen::Matrix<double, 19, 1> q = Eigen::Matrix<double, 19, 1>::Zero();
-                                     const double b2 = c.branch.squaredNorm();
-                                     Eigen::Map<Mat3>(q.data()) = c.force * c.branch.transpose();
-                                     if (b2 > 0.0) {
-                                       Eigen::Map<Mat3>(q.data() + 9) = c.branch * c.branch.transpose() / b2;
-                                       q[18] = 1.0;
-                                     }
-                                     return q;
-                                   });
+    const auto along =
+        scatter<19>(grid_, contacts.size(), place_branches(grid_, kernel, std::span(contacts)),
+                    [&](std::size_t i) {
+                      const Contact& c = contacts[i];
+                      Eigen::Matrix<double, 19, 1> q = Eigen::Matrix<double, 19, 1>::Zero();
+                      const double b2 = c.branch.squaredNorm();
+                      Eigen::Map<Mat3>(q.data()) = c.force * c.branch.transpose();
+                      if (b2 > 0.0) {
+                        Eigen::Map<Mat3>(q.data() + 9) = c.branch * c.branch.transpose() / b2;
+                        q[18] = 1.0;
+                      }
+                      return q;
+                    });
     const auto at_point = [&](std::size_t i) { return contacts[i].point; };
     const std::vector<Eigen::Vector4d> at = scatter<4>(
         grid_, contacts.size(), place_points(grid_, kernel, at_point), [&](std::size_t i) {
-      const Contact& c = contacts[i];
-      const Vec3 wall = c.wall ? c.force : Vec3::Zero();
-      return Eigen::Vector4d(wall.x(), wall.y(), wall.z(), c.dissipation);
-    });
+          const Contact& c = contacts[i];
+          const Vec3 wall = c.wall ? c.force : Vec3::Zero();
+          return Eigen::Vector4d(wall.x(), wall.y(), wall.z(), c.dissipation);
+        });
     out_.for_cells([&](std::size_t k) {
       put(stress_, k, Mat3(Eigen::Map<const Mat3>(along[k].data())));
-      put(F, k, along[k][18] > 0.0 ? Mat3(Eigen::Map<const Mat3>(along[k].data() + 9) / along[k][18])
-                                   : Mat3::Constant(nan));
+      put(F, k,
+          along[k][18] > 0.0 ? Mat3(Eigen::Map<const Mat3>(along[k].data() + 9) / along[k][18])
+                             : Mat3::Constant(nan));
       put(t, k, Vec3(at[k].head<3>()));
       if (power) power[k] = at[k][3];
 
       double z = 0.0, n = 0.0;
-      for (const auto& w : points.of_cell(k)) z += w.value * cloud_.contact_number[w.item], n += w.value;
+      for (const auto& w : points.of_cell(k))
+        z += w.value * cloud_.contact_number[w.item], n += w.value;
       Z[k] = n > 0.0 ? z / n : nan;
     });
     add_kinetic_ = true;
   }
 
   void map_state(const Stencils& points) {
-    double* e = out_.add("void_ratio_state", "-", 1, "the points' own void ratio, weighted by solid volume");
-    double* T = out_.add("granular_temperature_state", "m2/s2", 1, "the points' own granular temperature, by mass");
+    double* e = out_.add("void_ratio_state", "-", 1,
+                         "the points' own void ratio, weighted by solid volume");
+    double* T = out_.add("granular_temperature_state", "m2/s2", 1,
+                         "the points' own granular temperature, by mass");
     stress_ = out_.add("stress_state", "Pa", 9, "the points' own stress, sum V sigma phi");
     out_.for_cells([&](std::size_t k) {
       double solid = 0.0;
@@ -294,8 +320,10 @@ class Mapper {
       rate[k] = std::sqrt(2.0) * deviator(from_matrix(rate_of_strain)).norm();
     });
     if (!stress_) return;
-    double* p = out_.add("pressure", "Pa", 1, "trace of the stress / 3: contact + kinetic, or the points' own");
-    double* q = out_.add("deviatoric_stress", "Pa", 1, "sqrt(3/2 s : s) of the same stress, symmetric part");
+    double* p = out_.add("pressure", "Pa", 1,
+                         "trace of the stress / 3: contact + kinetic, or the points' own");
+    double* q = out_.add("deviatoric_stress", "Pa", 1,
+                         "sqrt(3/2 s : s) of the same stress, symmetric part");
     double* eta = out_.add("stress_ratio", "-", 1, "deviatoric_stress / pressure");
     double* I = out_.add("inertial_number", "-", 1, "shear_rate d / sqrt(pressure / rho_s)");
     double* work = out_.add("stress_power", "W/m3", 1, "stress : strain_rate");
@@ -328,7 +356,8 @@ const Field& Fields::operator[](const std::string& name) const {
 }
 
 template <int D>
-Fields coarse_grain(const Cloud& cloud, const SampleGrid<D>& grid, const Kernel<D>& kernel, const Grain& grain) {
+Fields coarse_grain(const Cloud& cloud, const SampleGrid<D>& grid, const Kernel<D>& kernel,
+                    const Grain& grain) {
   return std::visit([&](const auto& k) { return Mapper<D>(cloud, grid, grain).run(k); }, kernel);
 }
 

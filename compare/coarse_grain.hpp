@@ -1,16 +1,20 @@
-// Coarse graining: from a cloud to fields on a sample grid, one kernel and one width for grains and material points.
+// Coarse graining: from a cloud to fields on a sample grid, one kernel and one width for grains and
+// material points.
 //
-// Every field is a sum over points or contacts of a property times a weight. The weight of point p in grid cell k is
-//   phi_kp = phi(r_k - r_p) / (h^D sum_l phi(r_l - r_p)),    l over the unbounded lattice of cell centres,
-// and that of a contact is the exact line integral psi of phi along its branch, normalised alike. So a cell sum times
-// the cell volume is the sum over the cloud to round-off, whatever the grid's spacing (mass, momentum, f (x) b).
-// What the kernel puts behind a wall is folded back by reflection, which keeps a uniform packing uniform up to the
-// wall and loses nothing; across a periodic face it wraps around. A point that no cell centre is within reach of goes
-// whole into its own cell.
+// Every field is a sum over points or contacts of a property times a weight. The weight of point p
+// in grid cell k is
+//   phi_kp = phi(r_k - r_p) / (h^D sum_l phi(r_l - r_p)),    l over the unbounded lattice of cell
+//   centres,
+// and that of a contact is the exact line integral psi of phi along its branch, normalised alike.
+// So a cell sum times the cell volume is the sum over the cloud to round-off, whatever the grid's
+// spacing (mass, momentum, f (x) b). What the kernel puts behind a wall is folded back by
+// reflection, which keeps a uniform packing uniform up to the wall and loses nothing; across a
+// periodic face it wraps around. A point that no cell centre is within reach of goes whole into its
+// own cell.
 //
-// Directions that are not mapped are averaged over their depth: D = 2 maps x and y and averages over the thickness,
-// D = 1 maps y. Compression positive. Formulas: Goldhirsch, Granular Matter 12:239 (2010); wall terms: Weinhart et
-// al., Granular Matter 14:289 (2012).
+// Directions that are not mapped are averaged over their depth: D = 2 maps x and y and averages
+// over the thickness, D = 1 maps y. Compression positive. Formulas: Goldhirsch, Granular Matter
+// 12:239 (2010); wall terms: Weinhart et al., Granular Matter 14:289 (2012).
 #pragma once
 
 #include <array>
@@ -29,10 +33,10 @@ template <int D>
 struct SampleGrid {
   using Point = Eigen::Matrix<double, D, 1>;
 
-  Point lower, spacing;                   // [m]
-  std::array<int, D> cells;               // per axis
+  Point lower, spacing;      // [m]
+  std::array<int, D> cells;  // per axis
   std::array<Edge, D> low_edge, high_edge;
-  double depth = 1.0;                     // extent of what is averaged over [m^(3-D)]
+  double depth = 1.0;  // extent of what is averaged over [m^(3-D)]
 
   /// The spatial direction that grid axis `a` maps: y; x, y; x, y, z.
   static constexpr int direction(int a) { return D == 1 ? 1 : a; }
@@ -50,7 +54,8 @@ struct SampleGrid {
   }
 };
 
-/// A field on the grid: `components` numbers per cell, the last grid axis slowest (z, y, x as an array in C order).
+/// A field on the grid: `components` numbers per cell, the last grid axis slowest (z, y, x as an
+/// array in C order).
 struct Field {
   std::string name, unit, doc;
   int components;  // 1, 3, or 9 (row by row)
@@ -69,6 +74,7 @@ struct Grain {
 
 /// All fields the cloud has data for. Undefined values (the velocity of an empty cell) are NaN.
 template <int D>
-Fields coarse_grain(const Cloud& cloud, const SampleGrid<D>& grid, const Kernel<D>& kernel, const Grain& grain);
+Fields coarse_grain(const Cloud& cloud, const SampleGrid<D>& grid, const Kernel<D>& kernel,
+                    const Grain& grain);
 
 }  // namespace grainpair

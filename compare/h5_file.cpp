@@ -13,7 +13,8 @@ Handle own(hid_t id, herr_t (*close)(hid_t), const std::string& otherwise) {
 }
 
 Handle dataspace(const std::vector<hsize_t>& shape) {
-  return own(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose, "no dataspace");
+  return own(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose,
+             "no dataspace");
 }
 
 void check(herr_t status, const std::string& what) {
@@ -23,7 +24,8 @@ void check(herr_t status, const std::string& what) {
 }  // namespace
 
 H5File::H5File(std::string path, hid_t id)
-    : path_(std::move(path)), file_(own(id, H5Fclose, path_ + ": cannot open as HDF5 (missing, unreadable or not HDF5)")) {}
+    : path_(std::move(path)),
+      file_(own(id, H5Fclose, path_ + ": cannot open as HDF5 (missing, unreadable or not HDF5)")) {}
 
 H5File H5File::open(const std::string& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -43,7 +45,8 @@ bool H5File::has(const std::string& name) const {
   for (std::size_t end = 0; end != std::string::npos;) {
     end = name.find('/', end + 1);
     const std::string part = name.substr(0, end);
-    if (part != "/" && !part.empty() && H5Lexists(file_, part.c_str(), H5P_DEFAULT) <= 0) return false;
+    if (part != "/" && !part.empty() && H5Lexists(file_, part.c_str(), H5P_DEFAULT) <= 0)
+      return false;
   }
   return true;
 }
@@ -54,9 +57,11 @@ std::vector<std::string> H5File::members(const std::string& group) const {
   check(H5Gget_info(g, &info), where(group) + ": not a group");
   std::vector<std::string> names;
   for (hsize_t i = 0; i < info.nlinks; ++i) {
-    const auto length = H5Lget_name_by_idx(g, ".", H5_INDEX_NAME, H5_ITER_INC, i, nullptr, 0, H5P_DEFAULT);
+    const auto length =
+        H5Lget_name_by_idx(g, ".", H5_INDEX_NAME, H5_ITER_INC, i, nullptr, 0, H5P_DEFAULT);
     std::string name(static_cast<std::size_t>(std::max<ssize_t>(length, 0)), '\0');
-    H5Lget_name_by_idx(g, ".", H5_INDEX_NAME, H5_ITER_INC, i, name.data(), name.size() + 1, H5P_DEFAULT);
+    H5Lget_name_by_idx(g, ".", H5_INDEX_NAME, H5_ITER_INC, i, name.data(), name.size() + 1,
+                       H5P_DEFAULT);
     names.push_back(std::move(name));
   }
   return names;
@@ -64,11 +69,14 @@ std::vector<std::string> H5File::members(const std::string& group) const {
 
 std::vector<double> H5File::read(const std::string& name) const {
   if (has_attribute(name, "value") && has_attribute(name, "shape"))
-    return std::vector<double>(static_cast<std::size_t>(number(name, "shape")), number(name, "value"));
-  const Handle data = own(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, where(name) + ": missing dataset");
+    return std::vector<double>(static_cast<std::size_t>(number(name, "shape")),
+                               number(name, "value"));
+  const Handle data =
+      own(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, where(name) + ": missing dataset");
   const Handle space = own(H5Dget_space(data), H5Sclose, where(name) + ": no dataspace");
   std::vector<double> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
-  check(H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), where(name) + ": unreadable");
+  check(H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        where(name) + ": unreadable");
   return values;
 }
 
@@ -78,8 +86,9 @@ bool H5File::has_attribute(const std::string& name, const std::string& attribute
 
 double H5File::number(const std::string& name, const std::string& attribute) const {
   const std::string at = where(name) + "@" + attribute;
-  const Handle a = own(H5Aopen_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                 at + ": missing attribute");
+  const Handle a =
+      own(H5Aopen_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+          H5Aclose, at + ": missing attribute");
   const Handle space = own(H5Aget_space(a), H5Sclose, at + ": no dataspace");
   if (H5Sget_simple_extent_npoints(space) != 1) throw Error(at + ": not one number");
   double value = 0.0;
@@ -89,8 +98,9 @@ double H5File::number(const std::string& name, const std::string& attribute) con
 
 std::string H5File::text(const std::string& name, const std::string& attribute) const {
   const std::string at = where(name) + "@" + attribute;
-  const Handle a = own(H5Aopen_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                 at + ": missing attribute");
+  const Handle a =
+      own(H5Aopen_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+          H5Aclose, at + ": missing attribute");
   const Handle type = own(H5Aget_type(a), H5Tclose, at + ": no type");
   if (H5Tget_class(type) != H5T_STRING) throw Error(at + ": not a text");
   if (H5Tis_variable_str(type) > 0) {
@@ -110,19 +120,22 @@ std::string H5File::text(const std::string& name, const std::string& attribute) 
 }
 
 void H5File::make_group(const std::string& group) {
-  const Handle made = own(H5Gcreate2(file_, group.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose,
-                    where(group) + ": cannot make group");
+  const Handle made = own(H5Gcreate2(file_, group.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                          H5Gclose, where(group) + ": cannot make group");
 }
 
-void H5File::write(const std::string& name, std::span<const double> values, const std::vector<hsize_t>& shape) {
+void H5File::write(const std::string& name, std::span<const double> values,
+                   const std::vector<hsize_t>& shape) {
   const Handle space = dataspace(shape);
-  const Handle data = own(
-      H5Dcreate2(file_, name.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
-      where(name) + ": cannot make dataset");
-  check(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), where(name) + ": not written");
+  const Handle data = own(H5Dcreate2(file_, name.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT,
+                                     H5P_DEFAULT, H5P_DEFAULT),
+                          H5Dclose, where(name) + ": cannot make dataset");
+  check(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        where(name) + ": not written");
 }
 
-void H5File::make_series(const std::string& name, hsize_t frames, const std::vector<hsize_t>& shape, bool exact) {
+void H5File::make_series(const std::string& name, hsize_t frames, const std::vector<hsize_t>& shape,
+                         bool exact) {
   std::vector<hsize_t> all{frames}, chunk{1};
   all.insert(all.end(), shape.begin(), shape.end());
   chunk.insert(chunk.end(), shape.begin(), shape.end());
@@ -131,13 +144,15 @@ void H5File::make_series(const std::string& name, hsize_t frames, const std::vec
   H5Pset_chunk(plist, static_cast<int>(chunk.size()), chunk.data());
   H5Pset_shuffle(plist);
   H5Pset_deflate(plist, 2);
-  const Handle data = own(H5Dcreate2(file_, name.c_str(), exact ? H5T_NATIVE_DOUBLE : H5T_NATIVE_FLOAT, space, H5P_DEFAULT,
-                               plist, H5P_DEFAULT),
-                    H5Dclose, where(name) + ": cannot make dataset");
+  const Handle data =
+      own(H5Dcreate2(file_, name.c_str(), exact ? H5T_NATIVE_DOUBLE : H5T_NATIVE_FLOAT, space,
+                     H5P_DEFAULT, plist, H5P_DEFAULT),
+          H5Dclose, where(name) + ": cannot make dataset");
 }
 
 void H5File::write_frame(const std::string& name, hsize_t frame, std::span<const double> values) {
-  const Handle data = own(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, where(name) + ": missing dataset");
+  const Handle data =
+      own(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, where(name) + ": missing dataset");
   const Handle space = own(H5Dget_space(data), H5Sclose, where(name) + ": no dataspace");
   std::vector<hsize_t> count(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
   H5Sget_simple_extent_dims(space, count.data(), nullptr);
@@ -145,7 +160,8 @@ void H5File::write_frame(const std::string& name, hsize_t frame, std::span<const
   start[0] = frame, count[0] = 1;
   H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
   const Handle memory = dataspace(count);
-  check(H5Dwrite(data, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()), where(name) + ": not written");
+  check(H5Dwrite(data, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()),
+        where(name) + ": not written");
 }
 
 void H5File::set(const std::string& name, const std::string& attribute, const std::string& text) {

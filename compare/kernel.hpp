@@ -3,11 +3,14 @@
 // Each kernel is a value with three members:
 //   cutoff()      radius of its support [m]
 //   at(r2)        phi at squared distance r2 < cutoff^2 [1/m^D]
-//   line(p2, t0, t1)  integral of phi along a straight line whose point nearest the centre is at squared distance p2,
-//                 from t0 to t1, distances along the line from that point; inside the support [1/m^(D-1)]
-// w is the standard deviation per component, so that kernels of one width filter alike. For the Gaussian it is the
-// w of the formula: cutting it at 3 w leaves 0.918 w^2, 0.949 w^2, 0.973 w^2 of variance in 3, 2, 1 dimensions.
-// Definitions after Goldhirsch, Granular Matter 12:239 (2010) and Weinhart et al., Granular Matter 14:289 (2012).
+//   line(p2, t0, t1)  integral of phi along a straight line whose point nearest the centre is at
+//   squared distance p2,
+//                 from t0 to t1, distances along the line from that point; inside the support
+//                 [1/m^(D-1)]
+// w is the standard deviation per component, so that kernels of one width filter alike. For the
+// Gaussian it is the w of the formula: cutting it at 3 w leaves 0.918 w^2, 0.949 w^2, 0.973 w^2 of
+// variance in 3, 2, 1 dimensions. Definitions after Goldhirsch, Granular Matter 12:239 (2010) and
+// Weinhart et al., Granular Matter 14:289 (2012).
 #pragma once
 
 #include <cmath>
@@ -61,22 +64,29 @@ template <int D>
 class Lucy {
  public:
   explicit Lucy(double w)
-      : c_(w / std::sqrt(D == 1 ? 2.0 / 21.0 : D == 2 ? 5.0 / 56.0 : 1.0 / 12.0)),
-        norm_((D == 1 ? 5.0 / 4.0 : D == 2 ? 5.0 / kernel_detail::pi : 105.0 / (16.0 * kernel_detail::pi)) /
+      : c_(w / std::sqrt(D == 1   ? 2.0 / 21.0
+                         : D == 2 ? 5.0 / 56.0
+                                  : 1.0 / 12.0)),
+        norm_((D == 1   ? 5.0 / 4.0
+               : D == 2 ? 5.0 / kernel_detail::pi
+                        : 105.0 / (16.0 * kernel_detail::pi)) /
               std::pow(c_, D)) {}
   double cutoff() const { return c_; }
   double at(double r2) const {
     const double q2 = r2 / (c_ * c_), q = std::sqrt(q2);
     return norm_ * (1.0 + q2 * (-6.0 + q * (8.0 - 3.0 * q)));
   }
-  double line(double p2, double t0, double t1) const { return from_nearest(p2, t1) - from_nearest(p2, t0); }
+  double line(double p2, double t0, double t1) const {
+    return from_nearest(p2, t1) - from_nearest(p2, t0);
+  }
 
  private:
   double from_nearest(double p2, double t) const {
     const double c2 = c_ * c_, t2 = t * t;
     const double r2 = t * (p2 + t2 / 3.0);
     const double r4 = t * (p2 * p2 + t2 * (2.0 * p2 / 3.0 + t2 / 5.0));
-    return norm_ * (t - 6.0 * r2 / c2 + 8.0 * kernel_detail::line_r3(p2, t) / (c2 * c_) - 3.0 * r4 / (c2 * c2));
+    return norm_ * (t - 6.0 * r2 / c2 + 8.0 * kernel_detail::line_r3(p2, t) / (c2 * c_) -
+                    3.0 * r4 / (c2 * c2));
   }
 
   double c_, norm_;
@@ -88,7 +98,10 @@ class Heaviside {
  public:
   explicit Heaviside(double w)
       : c_(w * std::sqrt(D + 2.0)),
-        norm_((D == 1 ? 0.5 : D == 2 ? 1.0 / kernel_detail::pi : 0.75 / kernel_detail::pi) / std::pow(c_, D)) {}
+        norm_((D == 1   ? 0.5
+               : D == 2 ? 1.0 / kernel_detail::pi
+                        : 0.75 / kernel_detail::pi) /
+              std::pow(c_, D)) {}
   double cutoff() const { return c_; }
   double at(double) const { return norm_; }
   double line(double, double t0, double t1) const { return norm_ * (t1 - t0); }
@@ -102,7 +115,9 @@ template <int D>
 class Linear {
  public:
   explicit Linear(double w)
-      : c_(w / std::sqrt(D == 1 ? 1.0 / 6.0 : D == 2 ? 0.15 : 2.0 / 15.0)),
+      : c_(w / std::sqrt(D == 1   ? 1.0 / 6.0
+                         : D == 2 ? 0.15
+                                  : 2.0 / 15.0)),
         norm_((D == 1 ? 1.0 : 3.0 / kernel_detail::pi) / std::pow(c_, D)) {}
   double cutoff() const { return c_; }
   double at(double r2) const { return norm_ * (1.0 - std::sqrt(r2) / c_); }
@@ -124,7 +139,8 @@ Kernel<D> make_kernel(const std::string& name, double w) {
   if (name == "lucy") return Lucy<D>(w);
   if (name == "heaviside") return Heaviside<D>(w);
   if (name == "linear") return Linear<D>(w);
-  throw std::invalid_argument("unknown kernel '" + name + "' (known: gauss, lucy, heaviside, linear)");
+  throw std::invalid_argument("unknown kernel '" + name +
+                              "' (known: gauss, lucy, heaviside, linear)");
 }
 
 }  // namespace grainpair

@@ -20,14 +20,16 @@ struct Options {
   std::string output, kernel, walls = "mirror";
   double width = 0.0, spacing = 0.0;  // [d]; 0: the case's
   int dimension = 2, threads = 0;
-  std::vector<double> range;          // x range of a profile [m]
-  std::vector<std::size_t> frames;    // all when empty
+  std::vector<double> range;        // x range of a profile [m]
+  std::vector<std::size_t> frames;  // all when empty
   bool quiet = false;
 };
 
-constexpr double largest_grid = 5e7;  // cells; a run that needs more has lost a point or mistaken a unit
+constexpr double largest_grid =
+    5e7;  // cells; a run that needs more has lost a point or mistaken a unit
 
-/// A grid that holds every point of every run and frame with its kernel's reach, walls at x = 0 and y = 0.
+/// A grid that holds every point of every run and frame with its kernel's reach, walls at x = 0 and
+/// y = 0.
 template <int D>
 SampleGrid<D> cover(const std::vector<RunFile>& runs, const Options& o, double h, double reach) {
   const Scene& scene = runs.front().scene();
@@ -36,7 +38,8 @@ SampleGrid<D> cover(const std::vector<RunFile>& runs, const Options& o, double h
     for (std::size_t f = 0; f < run.frames(); ++f)
       for (const auto& x : run.positions(f)) {
         if (!x.allFinite())
-          throw std::runtime_error(fmt::format("{}: position that is not a number in frame {}", run.file().path(), f));
+          throw std::runtime_error(
+              fmt::format("{}: position that is not a number in frame {}", run.file().path(), f));
         lower = lower.cwiseMin(x), upper = upper.cwiseMax(x);
       }
   const bool mirror = o.walls == "mirror";
@@ -53,9 +56,11 @@ SampleGrid<D> cover(const std::vector<RunFile>& runs, const Options& o, double h
       const double below = mirror ? 0.0 : std::ceil((reach - lower[direction]) / h);
       const double count = below + std::ceil((upper[direction] + reach) / h);
       if (!(cells * count < largest_grid))
-        throw std::runtime_error(fmt::format("{}: the points span {:.3g} m in {}, {:.3g} cells (a point has escaped, or "
-                                             "the spacing is too fine)", runs.front().file().path(),
-                                             upper[direction] - lower[direction], "xyz"[direction], cells * count));
+        throw std::runtime_error(
+            fmt::format("{}: the points span {:.3g} m in {}, {:.3g} cells (a point has escaped, or "
+                        "the spacing is too fine)",
+                        runs.front().file().path(), upper[direction] - lower[direction],
+                        "xyz"[direction], cells * count));
       g.cells[a] = std::max(1, static_cast<int>(count));
       g.lower[a] = -below * h, g.spacing[a] = h;
       g.low_edge[a] = mirror ? Edge::mirror : Edge::open;
@@ -83,8 +88,8 @@ void write_grid(H5File& out, const SampleGrid<D>& grid) {
 }
 
 template <int D>
-void map_run(const RunFile& run, const std::string& group, const SampleGrid<D>& grid, const Kernel<D>& kernel,
-             const Options& o, H5File& out) {
+void map_run(const RunFile& run, const std::string& group, const SampleGrid<D>& grid,
+             const Kernel<D>& kernel, const Options& o, H5File& out) {
   // The conserved fields keep their sixteen digits; the rest are stored in single precision.
   static const std::set<std::string> exact{"density", "momentum", "solid_fraction"};
   std::vector<std::size_t> frames = o.frames;
@@ -97,7 +102,8 @@ void map_run(const RunFile& run, const std::string& group, const SampleGrid<D>& 
   std::vector<double> times;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (frames[i] >= run.frames())
-      throw std::runtime_error(fmt::format("{}: no frame {} (it has {})", run.file().path(), frames[i], run.frames()));
+      throw std::runtime_error(
+          fmt::format("{}: no frame {} (it has {})", run.file().path(), frames[i], run.frames()));
     times.push_back(run.time(frames[i]));
     Cloud cloud = run.cloud(frames[i]);
     if (D == 1) cloud = cut(cloud, 0, o.range[0], o.range[1]);
@@ -127,7 +133,8 @@ template <int D>
 void map_all(const std::vector<RunFile>& runs, const Options& o, H5File& out) {
   const Scene& scene = runs.front().scene();
   const double d = scene.grain.diameter;
-  const double w = (o.width > 0.0 ? o.width : scene.width) * d, h = (o.spacing > 0.0 ? o.spacing : scene.spacing) * d;
+  const double w = (o.width > 0.0 ? o.width : scene.width) * d,
+               h = (o.spacing > 0.0 ? o.spacing : scene.spacing) * d;
   const std::string name = o.kernel.empty() ? scene.kernel : o.kernel;
   const Kernel<D> kernel = make_kernel<D>(name, w);
   const double reach = std::visit([](const auto& k) { return k.cutoff(); }, kernel);
@@ -140,7 +147,8 @@ void map_all(const std::vector<RunFile>& runs, const Options& o, H5File& out) {
   out.set("/", "spacing", h);
   out.set("/", "cutoff", reach);
   out.set("/", "walls", o.walls);
-  for (const auto& run : runs) map_run(run, "/" + fs::path(run.file().path()).stem().string(), grid, kernel, o, out);
+  for (const auto& run : runs)
+    map_run(run, "/" + fs::path(run.file().path()).stem().string(), grid, kernel, o, out);
 }
 
 void map(const Options& o) {
@@ -169,21 +177,26 @@ void map(const Options& o) {
 int main(int argc, char** argv) {
   Options o;
   CLI::App app{"Coarse-grains runs of either engine onto one grid: same kernel, same width."};
-  app.add_option("runs", o.runs, "result files, mpm.h5 and dem.h5 alike; fields are kept under each file's name")
+  app.add_option("runs", o.runs,
+                 "result files, mpm.h5 and dem.h5 alike; fields are kept under each file's name")
       ->required();
   app.add_option("-o,--output", o.output, "the fields")->required();
-  app.add_option("--width", o.width, "kernel width w in grain diameters (default: the case's)")->check(CLI::PositiveNumber);
+  app.add_option("--width", o.width, "kernel width w in grain diameters (default: the case's)")
+      ->check(CLI::PositiveNumber);
   app.add_option("--kernel", o.kernel, "gauss, lucy, heaviside or linear (default: the case's)")
       ->check(CLI::IsMember({"gauss", "lucy", "heaviside", "linear"}));
   app.add_option("--spacing", o.spacing, "grid spacing in grain diameters (default: the case's)")
       ->check(CLI::PositiveNumber);
-  app.add_option("--dimension", o.dimension, "2: averaged over the thickness; 3; or 1: profiles over y")
+  app.add_option("--dimension", o.dimension,
+                 "2: averaged over the thickness; 3; or 1: profiles over y")
       ->check(CLI::Range(1, 3));
   app.add_option("--range", o.range, "x range that a profile averages over [m]")->expected(2);
-  app.add_option("--walls", o.walls, "mirror: fold back what the kernel puts behind a wall; open: let it spread there")
+  app.add_option("--walls", o.walls,
+                 "mirror: fold back what the kernel puts behind a wall; open: let it spread there")
       ->check(CLI::IsMember({"mirror", "open"}));
   app.add_option("--frame", o.frames, "frames to map, counted from 0 (default: all)");
-  app.add_option("--threads", o.threads, "threads (default: all cores)")->check(CLI::PositiveNumber);
+  app.add_option("--threads", o.threads, "threads (default: all cores)")
+      ->check(CLI::PositiveNumber);
   app.add_flag("--quiet", o.quiet, "no progress");
   try {
     app.parse(argc, argv);

@@ -80,7 +80,7 @@ def front(run: Run) -> np.ndarray:
 def common_frames(a: Run, b: Run) -> list[tuple[int, int]]:
     """Pairs of frames that show the same instant, to half of a's frame interval (a step count rarely divides it)."""
     ta, tb = a.tau(), b.tau()
-    tolerance = 0.5 * (np.diff(ta).min() if len(ta) > 1 else 1.0)
+    tolerance = 0.5 * (np.median(np.diff(ta)) if len(ta) > 1 else 1.0)
     nearest = [int(np.argmin(abs(tb - t))) for t in ta]
     return [(i, k) for i, k in enumerate(nearest) if abs(tb[k] - ta[i]) <= tolerance]
 

@@ -11,22 +11,31 @@ namespace {
 
 constexpr double glued = 3.0;  // the record `kind` of a grain that belongs to the wall
 
-/// The case inside a result file was checked when the run began; here its keys are only looked up, so that a run made
-/// with an older schema can still be mapped.
+/// The case inside a result file was checked when the run began; here its keys are only looked up,
+/// so that a run made with an older schema can still be mapped.
 Scene read_scene(const H5File& file) {
   const toml::table table = toml::parse(file.text("/", "case_resolved"));
   const auto key = [&](const char* section, const char* name) {
     const auto node = table[section][name];
-    if (!node) throw std::runtime_error(file.path() + ": no " + section + "." + name + " in case_resolved");
+    if (!node)
+      throw std::runtime_error(file.path() + ": no " + section + "." + name + " in case_resolved");
     return node;
   };
-  const auto number = [&](const char* section, const char* name) { return key(section, name).value_or(0.0); };
-  const auto word = [&](const char* section, const char* name) { return key(section, name).value_or(std::string()); };
+  const auto number = [&](const char* section, const char* name) {
+    return key(section, name).value_or(0.0);
+  };
+  const auto word = [&](const char* section, const char* name) {
+    return key(section, name).value_or(std::string());
+  };
   if (word("geometry", "dimension") == "axisymmetric")
-    throw std::runtime_error(file.path() + ": an axisymmetric run has no common grid with grains yet");
-  return {number("geometry", "thickness"), word("walls", "front_back") == "periodic",
-          {number("grains", "diameter"), number("grains", "density")}, word("compare", "kernel"),
-          number("compare", "width"), number("compare", "spacing")};
+    throw std::runtime_error(file.path() +
+                             ": an axisymmetric run has no common grid with grains yet");
+  return {number("geometry", "thickness"),
+          word("walls", "front_back") == "periodic",
+          {number("grains", "diameter"), number("grains", "density")},
+          word("compare", "kernel"),
+          number("compare", "width"),
+          number("compare", "spacing")};
 }
 
 template <class T>
@@ -49,7 +58,8 @@ RunFile::RunFile(const std::string& path)
 double RunFile::time(std::size_t frame) const { return file_.number(group(frame), "time"); }
 
 std::vector<Vec3> RunFile::vectors(const std::string& record) const {
-  const auto x = file_.read(record + "/x"), y = file_.read(record + "/y"), z = file_.read(record + "/z");
+  const auto x = file_.read(record + "/x"), y = file_.read(record + "/y"),
+             z = file_.read(record + "/z");
   if (y.size() != x.size() || z.size() != x.size())
     throw std::runtime_error(file_.path() + ":" + record + ": components of different length");
   std::vector<Vec3> out(x.size());
@@ -83,7 +93,8 @@ Cloud RunFile::cloud(std::size_t frame) const {
   if (file_.has(at + "angular_velocity")) {
     c.spin = pick(vectors(at + "angular_velocity"), which);
     const auto radius = pick(file_.read(at + "radius"), which);
-    for (std::size_t p = 0; p < c.size(); ++p) c.inertia.push_back(0.4 * c.mass[p] * radius[p] * radius[p]);
+    for (std::size_t p = 0; p < c.size(); ++p)
+      c.inertia.push_back(0.4 * c.mass[p] * radius[p] * radius[p]);
   }
   if (file_.has(at + "stress")) {
     c.void_ratio = pick(file_.read(at + "void_ratio"), which);
@@ -101,14 +112,16 @@ Cloud RunFile::cloud(std::size_t frame) const {
   return c;
 }
 
-void RunFile::read_contacts(std::size_t frame, const std::vector<std::size_t>& moving, Cloud& cloud) const {
+void RunFile::read_contacts(std::size_t frame, const std::vector<std::size_t>& moving,
+                            Cloud& cloud) const {
   const std::string at = group(frame) + "/contacts/";
   const auto id = file_.read(group(frame) + "/particles/cloud/id");
   std::unordered_map<long, std::size_t> index;  // of a moving grain, by its id
   for (std::size_t i = 0; i < moving.size(); ++i) index.emplace(std::lround(id[moving[i]]), i);
 
   const auto first = file_.read(at + "first"), second = file_.read(at + "second");
-  const auto branch = vectors(at + "branch"), point = vectors(at + "position"), force = vectors(at + "force");
+  const auto branch = vectors(at + "branch"), point = vectors(at + "position"),
+             force = vectors(at + "force");
   std::vector<double> power;
   if (file_.has(at + "dissipation")) power = file_.read(at + "dissipation");
 
@@ -125,7 +138,8 @@ void RunFile::read_contacts(std::size_t frame, const std::vector<std::size_t>& m
     const bool wall = second[i] < 0.0;
     Vec3 f = force[i];
     Vec3 l = branch[i];
-    if (a == index.end()) {  // a glued grain comes first: seen from the moving one, force and branch turn round
+    if (a == index.end()) {  // a glued grain comes first: seen from the moving one, force and
+                             // branch turn round
       if (b == index.end()) continue;
       std::swap(a, b);
       f = -f, l = -l;

@@ -11,11 +11,11 @@ namespace grainpair {
 
 /// What the mapping needs of the case, from the file's attribute `case_resolved`.
 struct Scene {
-  double thickness;                  // W [m]
-  bool periodic;                     // front and back
+  double thickness;  // W [m]
+  bool periodic;     // front and back
   Grain grain;
   std::string kernel;
-  double width, spacing;             // [d]
+  double width, spacing;  // [d]
 };
 
 class RunFile {
@@ -26,7 +26,7 @@ class RunFile {
   const std::string& engine() const { return engine_; }  // "mpm" or "dem"
   const H5File& file() const { return file_; }
   std::size_t frames() const { return steps_.size(); }
-  double time(std::size_t frame) const;  // [s]
+  double time(std::size_t frame) const;                  // [s]
   std::vector<Vec3> positions(std::size_t frame) const;  // of what moves
   Cloud cloud(std::size_t frame) const;
 

@@ -1,5 +1,5 @@
-// Stencils: the sparse table of weights phi_kp between grid cells k and items p (points, or contact branches), and sums
-// over it.
+// Stencils: the sparse table of weights phi_kp between grid cells k and items p (points, or contact
+// branches), and sums over it.
 #pragma once
 
 #include <omp.h>
@@ -15,11 +15,13 @@ namespace grainpair {
 
 struct Weight {
   std::uint32_t item;
-  std::array<std::int8_t, 3> image;  // periods by which the item's lattice cell was wrapped, per axis
-  double value;                      // phi_kp, integrates to one over the grid [1/m3]
+  std::array<std::int8_t, 3>
+      image;     // periods by which the item's lattice cell was wrapped, per axis
+  double value;  // phi_kp, integrates to one over the grid [1/m3]
 };
 
-/// Weights by cell. Items stand in the order of the cloud, so every sum has one order for any number of threads.
+/// Weights by cell. Items stand in the order of the cloud, so every sum has one order for any
+/// number of threads.
 class Stencils {
  public:
   std::span<const Weight> of_cell(std::size_t k) const {
@@ -36,7 +38,8 @@ class Stencils {
 
 namespace stencil_detail {
 
-/// Index inside 0 .. n-1 of lattice cell k, and how many periods away it was; index -1 beyond an open edge.
+/// Index inside 0 .. n-1 of lattice cell k, and how many periods away it was; index -1 beyond an
+/// open edge.
 struct Folded {
   int index;
   std::int8_t image;
@@ -56,11 +59,13 @@ struct Loose {
   Weight weight;
 };
 
-/// Appends the weights of one item to `out`. `item` has `.low`, `.high`, corners of the box that holds its support;
-/// `.at(r)`, its kernel at r, zero outside; `.home`, the position whose cell takes the item when no cell centre lies in
-/// its support.
+/// Appends the weights of one item to `out`. `item` has `.low`, `.high`, corners of the box that
+/// holds its support;
+/// `.at(r)`, its kernel at r, zero outside; `.home`, the position whose cell takes the item when no
+/// cell centre lies in its support.
 template <int D>
-void weigh(const SampleGrid<D>& grid, const auto& item, std::uint32_t number, std::vector<Loose>& out) {
+void weigh(const SampleGrid<D>& grid, const auto& item, std::uint32_t number,
+           std::vector<Loose>& out) {
   const auto lattice = [&](int a, double x) {
     return static_cast<int>(std::floor((x - grid.lower[a]) / grid.spacing[a]));
   };
@@ -71,7 +76,8 @@ void weigh(const SampleGrid<D>& grid, const auto& item, std::uint32_t number, st
       if (f[a].index < 0) return;
       k = k * static_cast<std::size_t>(grid.cells[a]) + static_cast<std::size_t>(f[a].index);
     }
-    out.push_back({static_cast<std::uint32_t>(k), {number, {f[0].image, f[1].image, f[2].image}, phi}});
+    out.push_back(
+        {static_cast<std::uint32_t>(k), {number, {f[0].image, f[1].image, f[2].image}, phi}});
   };
 
   std::array<int, 3> lo{0, 0, 0}, hi{0, 0, 0};
@@ -81,10 +87,12 @@ void weigh(const SampleGrid<D>& grid, const auto& item, std::uint32_t number, st
   typename SampleGrid<D>::Point r;
   for (int k2 = lo[2]; k2 <= hi[2]; ++k2) {
     if constexpr (D > 2)
-      f[2] = fold(k2, grid.cells[2], grid.low_edge[2], grid.high_edge[2]), r[2] = grid.centre(2, k2);
+      f[2] = fold(k2, grid.cells[2], grid.low_edge[2], grid.high_edge[2]),
+      r[2] = grid.centre(2, k2);
     for (int k1 = lo[1]; k1 <= hi[1]; ++k1) {
       if constexpr (D > 1)
-        f[1] = fold(k1, grid.cells[1], grid.low_edge[1], grid.high_edge[1]), r[1] = grid.centre(1, k1);
+        f[1] = fold(k1, grid.cells[1], grid.low_edge[1], grid.high_edge[1]),
+        r[1] = grid.centre(1, k1);
       for (int k0 = lo[0]; k0 <= hi[0]; ++k0) {
         r[0] = grid.centre(0, k0);
         const double phi = item.at(r);
@@ -137,12 +145,12 @@ Stencils make_stencils(const SampleGrid<D>& grid, std::size_t items, Place place
   return out;
 }
 
-/// Sums of N properties of the items times their weights, per cell, without keeping the weights: `properties(p)` is a
-/// vector of N. The items are shared among a fixed number of partial sums, so the result is the same for any number of
-/// threads.
+/// Sums of N properties of the items times their weights, per cell, without keeping the weights:
+/// `properties(p)` is a vector of N. The items are shared among a fixed number of partial sums, so
+/// the result is the same for any number of threads.
 template <int N, int D, class Place>
-std::vector<Eigen::Matrix<double, N, 1>> scatter(const SampleGrid<D>& grid, std::size_t items, Place place,
-                                                 auto properties) {
+std::vector<Eigen::Matrix<double, N, 1>> scatter(const SampleGrid<D>& grid, std::size_t items,
+                                                 Place place, auto properties) {
   using Sums = std::vector<Eigen::Matrix<double, N, 1>>;
   constexpr std::size_t shares = 4;
   std::array<Sums, shares> partial;
@@ -181,7 +189,8 @@ auto place_points(const SampleGrid<D>& grid, const K& kernel, auto position) {
   };
 }
 
-/// Places the branches of contacts: psi(r) = integral over s in [0, 1] of phi(r - start + s branch), exact.
+/// Places the branches of contacts: psi(r) = integral over s in [0, 1] of phi(r - start + s
+/// branch), exact.
 template <int D, class K>
 auto place_branches(const SampleGrid<D>& grid, const K& kernel, std::span<const Contact> contacts) {
   using Point = typename SampleGrid<D>::Point;
@@ -203,12 +212,19 @@ auto place_branches(const SampleGrid<D>& grid, const K& kernel, std::span<const 
     }
   };
   return [&grid, &kernel, contacts, c = kernel.cutoff()](std::size_t i) {
-    const Point a = grid.project(contacts[i].start), b = grid.project(contacts[i].branch), end = a - b;
+    const Point a = grid.project(contacts[i].start), b = grid.project(contacts[i].branch),
+                end = a - b;
     const double length = b.norm();
     Point along = Point::Zero();
     if (length > 0.0) along = -b / length;
-    return Item{0.5 * (a + end), (a.cwiseMin(end).array() - c).matrix(), (a.cwiseMax(end).array() + c).matrix(),
-                a, along, length, c * c, kernel};
+    return Item{0.5 * (a + end),
+                (a.cwiseMin(end).array() - c).matrix(),
+                (a.cwiseMax(end).array() + c).matrix(),
+                a,
+                along,
+                length,
+                c * c,
+                kernel};
   };
 }
 

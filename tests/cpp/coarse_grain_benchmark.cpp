@@ -1,6 +1,7 @@
-// Cost of mapping one frame: coarse_grain_benchmark. A block of grains ten diameters deep, three contacts per grain, onto
-// a grid of 1 mm (d/2) with the Gaussian of w = 0.75 d, on one thread. `pairs/s` counts weights: grain-cell,
-// branch-cell and contact point-cell; `contacts/s` counts contacts.
+// Cost of mapping one frame: coarse_grain_benchmark. A block of grains ten diameters deep, three
+// contacts per grain, onto a grid of 1 mm (d/2) with the Gaussian of w = 0.75 d, on one thread.
+// `pairs/s` counts weights: grain-cell, branch-cell and contact point-cell; `contacts/s` counts
+// contacts.
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
@@ -23,7 +24,8 @@ Cloud block(std::size_t grains, double side) {
     c.x.push_back({side * uniform(random), side * uniform(random), depth * uniform(random)});
     c.v.push_back({normal(random), normal(random), normal(random)});
     c.spin.push_back({normal(random), normal(random), normal(random)});
-    c.mass.push_back(1e-5), c.solid_volume.push_back(4e-9), c.inertia.push_back(4e-12), c.contact_number.push_back(6.0);
+    c.mass.push_back(1e-5), c.solid_volume.push_back(4e-9), c.inertia.push_back(4e-12),
+        c.contact_number.push_back(6.0);
     for (int i = 0; i < 3; ++i) {
       const Vec3 n = Vec3(normal(random), normal(random), normal(random)).normalized();
       c.contacts.push_back({c.x[p], d * n, c.x[p] - 0.5 * d * n, 0.1 * n, 1e-3, false});
@@ -47,22 +49,34 @@ void map_frame(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(coarse_grain<2>(cloud, grid, kernel, {d, 2500.0}));
 
   const auto of_grains =
-      make_stencils(grid, grains, place_points(grid, gauss, [&](std::size_t p) { return cloud.x[p]; })).pairs();
-  const auto of_branches =
-      make_stencils(grid, cloud.contacts.size(), place_branches(grid, gauss, std::span(cloud.contacts))).pairs();
-  const auto of_points = make_stencils(grid, cloud.contacts.size(), place_points(grid, gauss, [&](std::size_t i) {
-                           return cloud.contacts[i].point;
-                         })).pairs();
+      make_stencils(grid, grains,
+                    place_points(grid, gauss, [&](std::size_t p) { return cloud.x[p]; }))
+          .pairs();
+  const auto of_branches = make_stencils(grid, cloud.contacts.size(),
+                                         place_branches(grid, gauss, std::span(cloud.contacts)))
+                               .pairs();
+  const auto of_points =
+      make_stencils(
+          grid, cloud.contacts.size(),
+          place_points(grid, gauss, [&](std::size_t i) { return cloud.contacts[i].point; }))
+          .pairs();
   const auto pairs = of_grains + of_branches + of_points;
   const auto rate = [&](std::size_t n) {
-    return benchmark::Counter(static_cast<double>(n), benchmark::Counter::kIsIterationInvariantRate);
+    return benchmark::Counter(static_cast<double>(n),
+                              benchmark::Counter::kIsIterationInvariantRate);
   };
   state.counters["pairs/s"] = rate(pairs);
   state.counters["contacts/s"] = rate(cloud.contacts.size());
   state.counters["grains/s"] = rate(grains);
   state.SetComplexityN(state.range(0));
 }
-BENCHMARK(map_frame)->Arg(7000)->Arg(14000)->Arg(28000)->Arg(56000)->Unit(benchmark::kMillisecond)->Complexity();
+BENCHMARK(map_frame)
+    ->Arg(7000)
+    ->Arg(14000)
+    ->Arg(28000)
+    ->Arg(56000)
+    ->Unit(benchmark::kMillisecond)
+    ->Complexity();
 
 }  // namespace
 }  // namespace grainpair

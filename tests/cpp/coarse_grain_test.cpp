@@ -31,7 +31,8 @@ SampleGrid<D> box(const Vec3& lower, const Vec3& upper, double h, Edge edge, dou
 }
 
 template <int D>
-Fields map(const Cloud& cloud, const SampleGrid<D>& grid, const std::string& kernel = "gauss", double width = w) {
+Fields map(const Cloud& cloud, const SampleGrid<D>& grid, const std::string& kernel = "gauss",
+           double width = w) {
   return coarse_grain<D>(cloud, grid, make_kernel<D>(kernel, width), grain);
 }
 
@@ -39,18 +40,22 @@ template <int D>
 double integral(const SampleGrid<D>& grid, const Field& field, int component = 0) {
   double sum = 0.0;
   for (std::size_t k = 0; k < grid.size(); ++k)
-    sum += field.values[k * static_cast<std::size_t>(field.components) + static_cast<std::size_t>(component)];
+    sum += field.values[k * static_cast<std::size_t>(field.components) +
+                        static_cast<std::size_t>(component)];
   return sum * grid.cell_volume();
 }
 
 /// Uniform random points in a box with random velocities about `mean` of variance T per component.
-Cloud gas(std::size_t n, const Vec3& lower, const Vec3& upper, double T, const Vec3& mean, unsigned seed) {
+Cloud gas(std::size_t n, const Vec3& lower, const Vec3& upper, double T, const Vec3& mean,
+          unsigned seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform;
   std::normal_distribution<double> normal(0.0, std::sqrt(T));
   Cloud c;
   for (std::size_t p = 0; p < n; ++p) {
-    c.x.push_back(lower + Vec3(uniform(random), uniform(random), uniform(random)).cwiseProduct(upper - lower));
+    c.x.push_back(
+        lower +
+        Vec3(uniform(random), uniform(random), uniform(random)).cwiseProduct(upper - lower));
     c.v.push_back(mean + Vec3(normal(random), normal(random), normal(random)));
     c.mass.push_back(1e-5);
     c.solid_volume.push_back(4e-9);
@@ -66,7 +71,8 @@ double interior_mean(const SampleGrid<D>& grid, const Field& field, double margi
     bool inside = true;
     std::size_t rest = k;
     for (int a = 0; a < D; ++a) {
-      const double x = (static_cast<double>(rest % static_cast<std::size_t>(grid.cells[a])) + 0.5) * grid.spacing[a];
+      const double x = (static_cast<double>(rest % static_cast<std::size_t>(grid.cells[a])) + 0.5) *
+                       grid.spacing[a];
       rest /= static_cast<std::size_t>(grid.cells[a]);
       inside = inside && x > margin && x < grid.cells[a] * grid.spacing[a] - margin;
     }
@@ -92,18 +98,22 @@ void expect_conserved(Edge edge) {
       const Fields f = map<D>(c, grid, kernel);
       EXPECT_NEAR(integral(grid, f["density"]) / mass, 1.0, round_off) << kernel << " h " << h;
       for (int i = 0; i < 3; ++i)
-        EXPECT_NEAR(integral(grid, f["momentum"], i), momentum[i], round_off * mass) << kernel << " h " << h;
+        EXPECT_NEAR(integral(grid, f["momentum"], i), momentum[i], round_off * mass)
+            << kernel << " h " << h;
     }
 }
 TEST(CoarseGrain, MassAndMomentumInEqualOutAtWalls) {
-  expect_conserved<1>(Edge::mirror), expect_conserved<2>(Edge::mirror), expect_conserved<3>(Edge::mirror);
+  expect_conserved<1>(Edge::mirror), expect_conserved<2>(Edge::mirror),
+      expect_conserved<3>(Edge::mirror);
 }
 TEST(CoarseGrain, MassAndMomentumInEqualOutAcrossPeriodicFaces) {
-  expect_conserved<1>(Edge::periodic), expect_conserved<2>(Edge::periodic), expect_conserved<3>(Edge::periodic);
+  expect_conserved<1>(Edge::periodic), expect_conserved<2>(Edge::periodic),
+      expect_conserved<3>(Edge::periodic);
 }
 
 TEST(CoarseGrain, OpenEdgeLosesWhatPassesIt) {
-  // One point on the edge: half of the kernel lies outside. A control: the conservation above is not vacuous.
+  // One point on the edge: half of the kernel lies outside. A control: the conservation above is
+  // not vacuous.
   Cloud c = gas(1, Vec3::Zero(), Vec3::Zero(), 0.0, Vec3::Zero(), 1);
   c.x[0] = {0.0, 0.02, 0.0};
   const auto grid = box<2>(Vec3::Zero(), {0.05, 0.04, 0.01}, 0.1 * d, Edge::open);
@@ -111,11 +121,13 @@ TEST(CoarseGrain, OpenEdgeLosesWhatPassesIt) {
 }
 
 TEST(CoarseGrain, UniformPackingStaysUniformUpToAWall) {
-  // A lattice with spacing d/4, much finer than w: what is left is the lattice sum of the truncated kernel.
+  // A lattice with spacing d/4, much finer than w: what is left is the lattice sum of the truncated
+  // kernel.
   Cloud c;
   for (double x = d / 8; x < 0.04; x += d / 4)
     for (double y = d / 8; y < 0.04; y += d / 4) {
-      c.x.push_back({x, y, 0.0}), c.v.push_back(Vec3::Zero()), c.mass.push_back(1e-6), c.solid_volume.push_back(1e-9);
+      c.x.push_back({x, y, 0.0}), c.v.push_back(Vec3::Zero()), c.mass.push_back(1e-6),
+          c.solid_volume.push_back(1e-9);
     }
   const auto grid = box<2>(Vec3::Zero(), {0.04, 0.04, 0.0}, d, Edge::mirror, 1.0);
   const Fields f = map<2>(c, grid);
@@ -126,7 +138,8 @@ TEST(CoarseGrain, UniformPackingStaysUniformUpToAWall) {
 Cloud two_grains(const Vec3& first, const Vec3& second, const Vec3& force) {
   Cloud c;
   for (const Vec3& x : {first, second})
-    c.x.push_back(x), c.v.push_back(Vec3::Zero()), c.mass.push_back(1e-5), c.solid_volume.push_back(4e-9);
+    c.x.push_back(x), c.v.push_back(Vec3::Zero()), c.mass.push_back(1e-5),
+        c.solid_volume.push_back(4e-9);
   c.has_contacts = true;
   c.contact_number = {1.0, 1.0};
   c.contacts.push_back({first, first - second, 0.5 * (first + second), force, 0.25, false});
@@ -142,22 +155,26 @@ void expect_one_contact(Edge edge) {
   for (const char* kernel : kernels) {
     const Fields f = map<D>(c, grid, kernel);
     for (int i = 0; i < 9; ++i)
-      EXPECT_NEAR(integral(grid, f["contact_stress"], i), expected(i / 3, i % 3), round_off * expected.norm()) << kernel;
+      EXPECT_NEAR(integral(grid, f["contact_stress"], i), expected(i / 3, i % 3),
+                  round_off * expected.norm())
+          << kernel;
   }
 }
 TEST(CoarseGrain, OneContactGivesForceTimesBranchOverVolume) {
-  expect_one_contact<1>(Edge::mirror), expect_one_contact<2>(Edge::mirror), expect_one_contact<3>(Edge::mirror);
+  expect_one_contact<1>(Edge::mirror), expect_one_contact<2>(Edge::mirror),
+      expect_one_contact<3>(Edge::mirror);
   expect_one_contact<3>(Edge::periodic);
 }
 
 TEST(CoarseGrain, LineIntegralAgreesWithQuadratureAlongTheBranch) {
-  // psi at a cell against Simpson's rule over s; on a fine grid the lattice normalisation is 1 to 1e-3 (the Gaussian's
-  // cut at 3 w is a jump of 1 % of its maximum).
+  // psi at a cell against Simpson's rule over s; on a fine grid the lattice normalisation is 1 to
+  // 1e-3 (the Gaussian's cut at 3 w is a jump of 1 % of its maximum).
   const Vec3 a(0.021, 0.0187, 0.0), b(0.0198, 0.0201, 0.0), force(1.0, 0.0, 0.0);
   const Cloud c = two_grains(a, b, force);
   const auto grid = box<2>({0.012, 0.012, 0.0}, {0.028, 0.028, 0.0}, 0.05 * d, Edge::mirror, 1.0);
   for (const char* kernel : kernels) {
-    if (std::string(kernel) == "heaviside") continue;  // a jump at the rim: pointwise comparison means nothing there
+    if (std::string(kernel) == "heaviside")
+      continue;  // a jump at the rim: pointwise comparison means nothing there
     const auto phi = make_kernel<2>(kernel, w);
     const double cutoff = std::visit([](const auto& k) { return k.cutoff(); }, phi);
     const auto at = [&](double r2) {
@@ -165,15 +182,20 @@ TEST(CoarseGrain, LineIntegralAgreesWithQuadratureAlongTheBranch) {
     };
     const Field sigma = map<2>(c, grid, kernel)["contact_stress"];
     for (std::size_t k = 0; k < grid.size(); k += 97) {
-      const Eigen::Vector2d r(grid.centre(0, static_cast<int>(k % static_cast<std::size_t>(grid.cells[0]))),
-                              grid.centre(1, static_cast<int>(k / static_cast<std::size_t>(grid.cells[0]))));
+      const Eigen::Vector2d r(
+          grid.centre(0, static_cast<int>(k % static_cast<std::size_t>(grid.cells[0]))),
+          grid.centre(1, static_cast<int>(k / static_cast<std::size_t>(grid.cells[0]))));
       constexpr int n = 2000;
       double psi = 0.0;
       for (int i = 0; i <= n; ++i) {
         const Eigen::Vector2d on = a.head<2>() - static_cast<double>(i) / n * (a - b).head<2>();
-        psi += (i == 0 || i == n ? 1.0 : i % 2 ? 4.0 : 2.0) / (3.0 * n) * at((r - on).squaredNorm());
+        psi += (i == 0 || i == n ? 1.0
+                : i % 2          ? 4.0
+                                 : 2.0) /
+               (3.0 * n) * at((r - on).squaredNorm());
       }
-      EXPECT_NEAR(sigma.values[9 * k], psi * (a - b).x(), 2e-3 * at(0.0) * std::abs((a - b).x())) << kernel;
+      EXPECT_NEAR(sigma.values[9 * k], psi * (a - b).x(), 2e-3 * at(0.0) * std::abs((a - b).x()))
+          << kernel;
     }
   }
 }
@@ -206,7 +228,8 @@ TEST(CoarseGrain, RigidRotationHasNoTemperature) {
   const auto grid = box<2>(Vec3::Zero(), {0.05, 0.05, 0.0}, d, Edge::mirror, 0.02);
   const Fields f = map<2>(c, grid);
   for (std::size_t k = 0; k < grid.size(); ++k) {
-    EXPECT_LT(f["granular_temperature"].values[k], 1e-28 * v2 / 1e-4);  // eps^2 of |v|^2, walls and corners included
+    EXPECT_LT(f["granular_temperature"].values[k],
+              1e-28 * v2 / 1e-4);  // eps^2 of |v|^2, walls and corners included
     EXPECT_NEAR(f["velocity_gradient"].values[9 * k + 3], 40.0, 1e-9);
     EXPECT_NEAR(f["shear_rate"].values[k], 0.0, 1e-9);
   }
@@ -221,8 +244,9 @@ TEST(CoarseGrain, UniformMotionChangesNoTemperatureAndNoStress) {
   const Fields rest = map<2>(c, grid);
   for (auto& v : c.v) v += boost;
   const Fields moving = map<2>(c, grid);
-  for (const char* name : {"granular_temperature", "granular_temperature_two_step", "granular_temperature_one_step",
-                           "kinetic_stress", "velocity_gradient"}) {
+  for (const char* name :
+       {"granular_temperature", "granular_temperature_two_step", "granular_temperature_one_step",
+        "kinetic_stress", "velocity_gradient"}) {
     const auto &a = rest[name].values, &b = moving[name].values;
     double scale = 0.0;
     for (const double x : a) scale = std::max(scale, std::abs(x));
@@ -231,7 +255,8 @@ TEST(CoarseGrain, UniformMotionChangesNoTemperatureAndNoStress) {
   }
 }
 
-/// Shear v_x = rate y on top of fluctuations of temperature T, in a layer of `depth` grains of n = 1.05/d^3.
+/// Shear v_x = rate y on top of fluctuations of temperature T, in a layer of `depth` grains of n
+/// = 1.05/d^3.
 Cloud shear_flow(double T, double rate, double side, double depth, unsigned seed) {
   const double volume = side * side * depth;
   const auto n = static_cast<std::size_t>(1.05 * volume / (d * d * d));
@@ -241,21 +266,25 @@ Cloud shear_flow(double T, double rate, double side, double depth, unsigned seed
 }
 
 TEST(CoarseGrain, TemperatureOfShearFlowIsRecovered) {
-  // The gradient's artefact w_eff^2 rate^2/3 is three times T here, so the uncorrected value is four times too high.
+  // The gradient's artefact w_eff^2 rate^2/3 is three times T here, so the uncorrected value is
+  // four times too high.
   const double rate = 50.0, w_eff2 = 0.9494 * w * w, T = w_eff2 * rate * rate / 9.0;
   const double side = 60 * d, depth = 10 * d;
   const Cloud c = shear_flow(T, rate, side, depth, 4);
   double actual = 0.0;  // of this sample, so that its own scatter (0.4 %) does not matter
   for (std::size_t p = 0; p < c.size(); ++p)
-    actual += (c.v[p] - Vec3(rate * c.x[p].y(), 0.0, 0.0)).squaredNorm() / (3.0 * static_cast<double>(c.size()));
+    actual += (c.v[p] - Vec3(rate * c.x[p].y(), 0.0, 0.0)).squaredNorm() /
+              (3.0 * static_cast<double>(c.size()));
   const auto grid = box<2>(Vec3::Zero(), {side, side, 0.0}, d, Edge::mirror, depth);
   const Fields f = map<2>(c, grid);
   const double margin = 4.5 * w;
   EXPECT_NEAR(interior_mean(grid, f["granular_temperature"], margin) / actual, 1.0, 0.01);
-  // Two steps: among randomly placed points the centroid under the kernel scatters about r_i by w sqrt(s2/2) per
-  // component, s2 = 1/(4 pi n w^2), which the gradient turns into rate^2 w^2 s2/6 = 3/2 s2 T.
+  // Two steps: among randomly placed points the centroid under the kernel scatters about r_i by w
+  // sqrt(s2/2) per component, s2 = 1/(4 pi n w^2), which the gradient turns into rate^2 w^2 s2/6 =
+  // 3/2 s2 T.
   const double s2 = 1.0 / (4.0 * std::numbers::pi * 10.5 * 0.75 * 0.75);
-  EXPECT_NEAR(interior_mean(grid, f["granular_temperature_two_step"], margin) / actual, 1.0 + 1.5 * s2, 0.01);
+  EXPECT_NEAR(interior_mean(grid, f["granular_temperature_two_step"], margin) / actual,
+              1.0 + 1.5 * s2, 0.01);
   // One step: T (1 - 1/N_eff) + w_eff^2 rate^2 / 3 = 4 T less a few per cent.
   const double one = interior_mean(grid, f["granular_temperature_one_step"], margin) / actual;
   EXPECT_GT(one, 2.0);
@@ -263,7 +292,8 @@ TEST(CoarseGrain, TemperatureOfShearFlowIsRecovered) {
 }
 
 TEST(CoarseGrain, TemperatureOfSmallSamplesIsRecovered) {
-  // 2-D smoothing of a layer five grains deep at w = 0.5 d and 0.75 d: the plain two-step value is 18 % and 8 % low.
+  // 2-D smoothing of a layer five grains deep at w = 0.5 d and 0.75 d: the plain two-step value is
+  // 18 % and 8 % low.
   const double T = 0.02, side = 80 * d, depth = 5 * d;
   for (const double width : {0.5 * d, 0.75 * d}) {
     const Cloud c = shear_flow(T, 0.0, side, depth, 5);
@@ -272,12 +302,16 @@ TEST(CoarseGrain, TemperatureOfSmallSamplesIsRecovered) {
     const auto grid = box<2>(Vec3::Zero(), {side, side, 0.0}, d, Edge::mirror, depth);
     const Fields f = map<2>(c, grid, "gauss", width);
     const double margin = 4.5 * width;
-    EXPECT_NEAR(interior_mean(grid, f["granular_temperature"], margin) / actual, 1.0, 0.02) << width;
-    EXPECT_NEAR(interior_mean(grid, f["granular_temperature_two_step"], margin) / actual, 1.0, 0.02) << width;
+    EXPECT_NEAR(interior_mean(grid, f["granular_temperature"], margin) / actual, 1.0, 0.02)
+        << width;
+    EXPECT_NEAR(interior_mean(grid, f["granular_temperature_two_step"], margin) / actual, 1.0, 0.02)
+        << width;
 
     // The uncorrected two-step value, by its definition.
     const auto phi = make_kernel<2>("gauss", width);
-    const auto at = [&](double r2) { return std::visit([&](const auto& k) { return k.at(r2); }, phi); };
+    const auto at = [&](double r2) {
+      return std::visit([&](const auto& k) { return k.at(r2); }, phi);
+    };
     double plain = 0.0, own = 0.0;
     for (std::size_t i = 0; i < c.size(); i += 7) {
       const auto xi = c.x[i].head<2>();
@@ -305,19 +339,22 @@ TEST(CoarseGrain, RotationalTemperatureOfKnownSpins) {
   for (std::size_t p = 0; p < c.size(); ++p) {
     c.spin.push_back({normal(random), normal(random), 20.0 + normal(random)});
     c.inertia.push_back(I);
-    actual += (c.spin[p] - Vec3(0, 0, 20.0)).squaredNorm() * I / (3.0 * c.mass[0] * static_cast<double>(c.size()));
+    actual += (c.spin[p] - Vec3(0, 0, 20.0)).squaredNorm() * I /
+              (3.0 * c.mass[0] * static_cast<double>(c.size()));
   }
   const auto grid = box<2>(Vec3::Zero(), {60 * d, 60 * d, 0.0}, d, Edge::mirror, 10 * d);
-  EXPECT_NEAR(interior_mean(grid, map<2>(c, grid)["rotational_temperature"], 4.5 * w) / actual, 1.0, 0.01);
+  EXPECT_NEAR(interior_mean(grid, map<2>(c, grid)["rotational_temperature"], 4.5 * w) / actual, 1.0,
+              0.01);
 }
 
-/// A column of grains stacked on a floor at y = 0, each carrying the weight of those above; every contact is known.
+/// A column of grains stacked on a floor at y = 0, each carrying the weight of those above; every
+/// contact is known.
 Cloud stack(int n, double g) {
   Cloud c;
   const double m = 1e-5;
   for (int i = 0; i < n; ++i)
-    c.x.push_back({0.5 * d, (i + 0.5) * d, 0.5 * d}), c.v.push_back(Vec3::Zero()), c.mass.push_back(m),
-        c.solid_volume.push_back(4e-9);
+    c.x.push_back({0.5 * d, (i + 0.5) * d, 0.5 * d}), c.v.push_back(Vec3::Zero()),
+        c.mass.push_back(m), c.solid_volume.push_back(4e-9);
   c.has_contacts = true;
   c.contact_number.assign(static_cast<std::size_t>(n), 2.0);
   for (int i = 0; i < n; ++i) {
@@ -339,10 +376,12 @@ TEST(CoarseGrain, HydrostaticStackCarriesItsWeight) {
   const Fields f = map<1>(c, grid);
   // All of the weight enters through the floor.
   EXPECT_NEAR(integral(grid, f["interaction_force_density"], 1) / weight, 1.0, round_off);
-  // The stress falls linearly with height; extrapolated from the bulk to y = 0 it is the weight per area.
+  // The stress falls linearly with height; extrapolated from the bulk to y = 0 it is the weight per
+  // area.
   double sy = 0, s1 = 0, syy = 0, ss = 0, sys = 0;
   for (int k = 0; k < grid.cells[0]; ++k) {
-    const double y = grid.centre(0, k), sigma = f["contact_stress"].values[9 * static_cast<std::size_t>(k) + 4];
+    const double y = grid.centre(0, k),
+                 sigma = f["contact_stress"].values[9 * static_cast<std::size_t>(k) + 4];
     if (y < 5 * w || y > n * d - 5 * w) continue;
     s1 += 1, sy += y, syy += y * y, ss += sigma, sys += y * sigma;
   }
@@ -352,14 +391,16 @@ TEST(CoarseGrain, HydrostaticStackCarriesItsWeight) {
 }
 
 TEST(CoarseGrain, MomentumBalanceNeedsTheWallTerm) {
-  // At rest: 0 = -d(sigma_yy)/dy + t_y - rho g at every height, the smeared floor included; fields open below y = 0.
-  // A smooth kernel on a grid of d/64, so that the difference quotient's error, (h/c)^2, is below the 0.5 %.
+  // At rest: 0 = -d(sigma_yy)/dy + t_y - rho g at every height, the smeared floor included; fields
+  // open below y = 0. A smooth kernel on a grid of d/64, so that the difference quotient's error,
+  // (h/c)^2, is below the 0.5 %.
   const double g = 9.81;
   const int n = 20;
   const Cloud c = stack(n, g);
   const auto grid = box<1>({0.0, -6 * d, 0.0}, {d, (n + 6) * d, d}, d / 64, Edge::open, d * d);
   const Fields f = map<1>(c, grid, "lucy");
-  const auto &rho = f["density"].values, &sigma = f["contact_stress"].values, &t = f["interaction_force_density"].values;
+  const auto &rho = f["density"].values, &sigma = f["contact_stress"].values,
+             &t = f["interaction_force_density"].values;
   double with = 0.0, without = 0.0, force = 0.0;
   for (std::size_t k = 1; k + 1 < grid.size(); ++k) {
     const double div = (sigma[9 * (k + 1) + 4] - sigma[9 * (k - 1) + 4]) / (2.0 * grid.spacing[0]);
@@ -399,7 +440,8 @@ TEST(CoarseGrain, MaterialPointsKeepTheirOwnState) {
   double volume = 0.0;
   for (const double vs : c.solid_volume) volume += 1.7 * vs;
   for (int i = 0; i < 9; ++i)
-    EXPECT_NEAR(integral(grid, f["stress_state"], i), volume * s(i / 3, i % 3), 1e-12 * volume * 9.0);
+    EXPECT_NEAR(integral(grid, f["stress_state"], i), volume * s(i / 3, i % 3),
+                1e-12 * volume * 9.0);
   EXPECT_NEAR(f["void_ratio_state"].values[205], 0.7, 1e-14);
   EXPECT_NEAR(f["granular_temperature_state"].values[205], 0.003, 1e-16);
   EXPECT_NEAR(f["stress_ratio"].values[205], von_mises(from_matrix(s)) / (19.0 / 3.0), 1e-12);
@@ -418,7 +460,9 @@ TEST(CoarseGrain, ThreadsDoNotChangeABit) {
   for (const auto& field : one.list) {
     const auto& other = three[field.name].values;
     for (std::size_t i = 0; i < other.size(); ++i)
-      ASSERT_TRUE(field.values[i] == other[i] || (std::isnan(field.values[i]) && std::isnan(other[i]))) << field.name;
+      ASSERT_TRUE(field.values[i] == other[i] ||
+                  (std::isnan(field.values[i]) && std::isnan(other[i])))
+          << field.name;
   }
 }
 

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double w = 0.7;
 
-/// Composite Gauss-Legendre quadrature (5 points in each of n panels): exact to round-off for the smooth parts.
+/// Composite Gauss-Legendre quadrature (5 points in each of n panels): exact to round-off for the
+/// smooth parts.
 double integrate(double a, double b, auto f, int n = 400) {
   constexpr std::array x{0.0, 0.5384693101056831, 0.9061798459386640};
   constexpr std::array weight{0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
@@ -41,9 +42,9 @@ struct Of {
   static constexpr int D = N;
   using type = K<N>;
 };
-using Kernels = testing::Types<Of<Gauss, 1>, Of<Gauss, 2>, Of<Gauss, 3>, Of<Lucy, 1>, Of<Lucy, 2>, Of<Lucy, 3>,
-                               Of<Heaviside, 1>, Of<Heaviside, 2>, Of<Heaviside, 3>, Of<Linear, 1>, Of<Linear, 2>,
-                               Of<Linear, 3>>;
+using Kernels = testing::Types<Of<Gauss, 1>, Of<Gauss, 2>, Of<Gauss, 3>, Of<Lucy, 1>, Of<Lucy, 2>,
+                               Of<Lucy, 3>, Of<Heaviside, 1>, Of<Heaviside, 2>, Of<Heaviside, 3>,
+                               Of<Linear, 1>, Of<Linear, 2>, Of<Linear, 3>>;
 TYPED_TEST_SUITE(KernelTest, Kernels);
 
 TYPED_TEST(KernelTest, IntegralIsOne) {
@@ -58,7 +59,8 @@ TYPED_TEST(KernelTest, SecondMomentPerComponentIsTheWidthSquared) {
   const double moment = over_support<D>(kernel, [](double r) { return r * r; }) / D;
   double expected = w * w;
   if (std::is_same_v<typename TypeParam::type, Gauss<D>>) {
-    // The truncated Gaussian's: w^2 (1 - c^D exp(-c^2/2) / (D gamma_D)), gamma_D the normalisation's integral.
+    // The truncated Gaussian's: w^2 (1 - c^D exp(-c^2/2) / (D gamma_D)), gamma_D the
+    // normalisation's integral.
     const double q = 3.0, e = std::exp(-0.5 * q * q), root = std::sqrt(2.0 / std::numbers::pi);
     const double inside = std::erf(q / std::numbers::sqrt2);
     expected *= D == 1   ? 1.0 - root * q * e / inside
@@ -74,9 +76,12 @@ TYPED_TEST(KernelTest, LineIntegralIsExact) {
   for (const double p : {0.0, 0.2 * c, 0.77 * c}) {
     const double half = std::sqrt(c * c - p * p);
     for (const double t : {-half, -0.3 * half, 0.5 * half, half}) {
-      // sqrt has no Taylor series at r = 0: there the panels converge as h^2 (Lucy, Linear), 400 of them to 1e-6.
-      const double numeric = integrate(0.0, t, [&](double s) { return kernel.at(std::min(p * p + s * s, c * c)); });
-      EXPECT_NEAR(kernel.line(p * p, 0.0, t), numeric, 1e-10 * kernel.at(0.0) * c) << "p " << p << " t " << t;
+      // sqrt has no Taylor series at r = 0: there the panels converge as h^2 (Lucy, Linear), 400 of
+      // them to 1e-6.
+      const double numeric =
+          integrate(0.0, t, [&](double s) { return kernel.at(std::min(p * p + s * s, c * c)); });
+      EXPECT_NEAR(kernel.line(p * p, 0.0, t), numeric, 1e-10 * kernel.at(0.0) * c)
+          << "p " << p << " t " << t;
       EXPECT_NEAR(kernel.line(p * p, -t, t), 2.0 * numeric, 2e-10 * kernel.at(0.0) * c);
     }
   }
@@ -94,10 +99,14 @@ TEST(Kernel, LucyIsMercurysPolynomial) {
   const double c = std::sqrt(12.0) * w, q = 0.4;
   EXPECT_DOUBLE_EQ(lucy.cutoff(), c);
   EXPECT_NEAR(lucy.at(q * q * c * c),
-              105.0 / (16.0 * std::numbers::pi * c * c * c) * (1 - 6 * q * q + 8 * q * q * q - 3 * q * q * q * q), 1e-15);
+              105.0 / (16.0 * std::numbers::pi * c * c * c) *
+                  (1 - 6 * q * q + 8 * q * q * q - 3 * q * q * q * q),
+              1e-15);
 }
 
-TEST(Kernel, UnknownNameIsRefused) { EXPECT_THROW(make_kernel<2>("gaus", w), std::invalid_argument); }
+TEST(Kernel, UnknownNameIsRefused) {
+  EXPECT_THROW(make_kernel<2>("gaus", w), std::invalid_argument);
+}
 
 }  // namespace
 }  // namespace grainpair

@@ -2,14 +2,13 @@
 
 import json
 import re
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 from synthetic import write_pair, write_run
 
-from compare import comparison, controls, report
+from compare import cli, comparison, controls, report
 from compare.errors import CaseError, EngineError
 
 
@@ -18,7 +17,7 @@ def folder(tmp_path_factory):
     """A pair whose grains spread 1.05 times as far, weigh 1.7/1.72 as much and dissipate the same share."""
     folder = write_pair(tmp_path_factory.mktemp("pair"), mpm={"frames": 11}, dem={"frames": 11, "stretch": 2.1,
                                                                                   "void_ratio": 0.72})
-    report.compare(folder)
+    assert cli.main(["compare", str(folder), "--width-study", "--quiet"]) == 0
     return folder
 
 
@@ -34,7 +33,7 @@ def test_the_folder_holds_what_it_should(folder):
         assert (folder / "figures" / f"{name}.svg").stat().st_size > 0
         assert (folder / "figures" / f"{name}.png").stat().st_size > 0
     assert {"surface_profiles", "map_void_ratio", "map_granular_temperature", "map_speed", "energies",
-            "energy_budget"} <= names
+            "energy_budget", "width_study"} <= names
 
 
 def test_masses_are_equal_after_pairing(metrics):
