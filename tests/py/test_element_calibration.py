@@ -44,7 +44,7 @@ def test_known_constants_are_recovered(fitted):
 def test_the_right_card_fits_and_wrong_ones_are_refused(made, fitted):
     """chi-square of noise drawn with the assumed sigma: the truth and the fit pass at 1e-4, another card fails by far.
 
-    A single constant 30 % off is told from the truth by 4 standard deviations (16 in chi-square), whichever it is.
+    A single constant 6 of its standard errors off is told from the truth by 4 standard deviations (16 in chi-square).
     """
     blocks, grains, truth = made
 
@@ -56,7 +56,8 @@ def test_the_right_card_fits_and_wrong_ones_are_refused(made, fitted):
     assert distance(fitted.card) < limit
     assert distance(Card.read("seed_table1")) > 10 * limit
     for name in NAMES:
-        assert distance(truth.with_values(**{name: 1.3 * TRUTH[name]})) - distance(truth) > 16, name
+        off = TRUTH[name] + 6 * fitted.standard_error[name]
+        assert distance(truth.with_values(**{name: off})) - distance(truth) > 16, name
 
 
 def test_the_answer_does_not_depend_on_the_start(made, fitted):
