@@ -112,3 +112,10 @@ class Audit:
         for name, value in values.items():
             self.rows[name].append(float(value))
         self.enduring.append(enduring)
+
+
+def without_split(rows: dict) -> dict:
+    """History of a run whose contacts were not sampled: all that was lost counts as dissipated, nothing is known apart."""
+    kept = {name: np.asarray(values) for name, values in rows.items() if not name.startswith(("dissipated", "unaccounted"))}
+    held = kept["kinetic"] + kept["rotational"] + kept["potential"] + kept["elastic"]
+    return kept | {"dissipated": held[0] - held, "unaccounted": np.full(held.size, np.nan)}

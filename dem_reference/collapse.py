@@ -8,7 +8,7 @@ from pathlib import Path
 from compare.errors import EngineError
 
 from . import scene
-from .audit import Audit
+from .audit import Audit, without_split
 from .contacts import Snapshot
 from .engine import Liggghts
 from .grains import Grains, time_step
@@ -77,6 +77,7 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
         return Snapshot(grains, engine.atoms(), engine.contacts(largest_id), plan.dt, geometry["gravity"], thickness,
                         walls + gate)
 
+    sampled = case["dem"]["audit_interval"] > 0
     lifetimes = Lifetimes(plan.sample * plan.dt, grains.binary_contact_time(geometry["gravity"]),
                           case["dem"]["lifetime_threshold"])
     audit = Audit(plan.sample * plan.dt, plan.sample == 1, lifetimes)
@@ -90,7 +91,8 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
         step += plan.sample
         now = step * plan.dt
         shot = look(now)
-        audit.add(shot)
+        if sampled:
+            audit.add(shot)
         if lifted and now >= gate_gone:
             engine.commands(scene.REMOVE_LIFTED_GATE + "\nrun 0")
             lifted = False
@@ -107,8 +109,11 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
         if reason == "rest":
             break
     lifetimes.finish()
-    result.history(audit.rows)
-    result.lifetimes(audit)
+    if sampled:
+        result.history(audit.rows)
+        result.lifetimes(audit)
+    else:
+        result.history(without_split(audit.rows))
     finish(result, packing, case, shot, plan, reason, step, audit.force_error, time.process_time() - began[1],
            time.monotonic() - began[0])
 

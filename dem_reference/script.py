@@ -18,6 +18,7 @@ import numpy as np
 from compare.errors import CaseError, EngineError
 
 from . import scene
+from .audit import without_split
 from .collapse import Plan, finish, release
 from .contacts import Snapshot
 from .fluctuation import fluctuation_energy
@@ -79,11 +80,8 @@ def collapse_by_script(case: dict, packing: Path, log: Path, target: Path, attri
     rows["time"] = history[:, 0] * plan.dt
     rows["elastic"] = np.interp(history[:, 0], steps, elastic)
     rows["fluctuation"] = np.interp(history[:, 0], steps, fluctuation)
-    held = rows["kinetic"] + rows["rotational"] + rows["potential"] + rows["elastic"]
-    rows["dissipated"] = held[0] - held
-    rows["unaccounted"] = np.full(held.size, np.nan)
-    rows["time_step"] = np.full(held.size, plan.dt)
-    result.history(rows)
+    rows["time_step"] = np.full(len(history), plan.dt)
+    result.history(without_split(rows))
     reason = "rest" if steps[-1] < plan.last else "maximum"
     finish(result, packing, case, shot, plan, reason, steps[-1], 0.0, sum(os.times()[2:4]) - began[1],
            time.monotonic() - began[0])

@@ -195,6 +195,15 @@ def test_the_script_runs_the_same_trajectory_bit_for_bit(tmp_path, store, whole)
             assert ours[f"energy/{name}"][()] == pytest.approx(theirs[f"energy/{name}"][()], rel=1e-12, abs=1e-20)
 
 
+def test_without_samples_dissipation_comes_as_a_total(tmp_path, store, whole):
+    path = tmp_path / "dem.h5"
+    assert main([CASE, "-o", str(path), "--packings", str(store), "--set", "dem.audit_interval=0", *SHORT]) == 0
+    energy = energies(path)
+    assert "dissipated_normal" not in energy and np.isnan(energy["unaccounted"]).all()
+    held = sum(energy[name] for name in ("kinetic", "rotational", "potential", "elastic"))
+    assert energy["dissipated"] == pytest.approx(held[0] - held, abs=1e-12 * held[0])
+
+
 def test_progress_rises_to_one(capfd, tmp_path, store, whole):
     words = [CASE, "-o", str(tmp_path / "dem.h5"), "--packings", str(store), "--progress", "--set", "time.maximum=0.3"]
     assert main(words) == 0
