@@ -25,7 +25,7 @@ def energy_budget(comparison, narrow):
         tau = run.energy_tau()
         shades = colours(accounts)
         ax.stackplot(tau, positive, colors=shades, linewidth=0.0,
-                     labels=[f"{a.name} {100 * a.values[-1]:.1f} %" for a in accounts])
+                     labels=[f"{a.name} {round(100 * a.values[-1], 1) + 0.0:.1f} %" for a in accounts])
         ax.stackplot(tau, negative, colors=shades, linewidth=0.0)
         top = max(top, np.sum(positive, axis=0).max())
         bottom = min(bottom, np.sum(negative, axis=0).min())
