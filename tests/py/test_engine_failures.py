@@ -15,7 +15,9 @@ RUN = [sys.executable, "-m", "compare.cli", "run", str(ROOT / "cases" / "column_
 
 
 def start(folder: Path, **environment) -> subprocess.Popen:
+    # A shell's background jobs ignore SIGINT, and so would what they start.
     return subprocess.Popen(RUN, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
                             env=os.environ | {"PYTHONPATH": str(ROOT)} | environment)
 
 
@@ -83,11 +85,12 @@ def test_an_engine_that_dies_is_reported_with_its_last_words(tmp_path, ending):
     assert line.startswith(f"LIGGGHTS: stopped with code -{ending.value} (")
 
 
-def test_an_interrupted_run_ends_its_engines_and_leaves_nothing(tmp_path):
+@pytest.mark.parametrize("ending, code, words", [(signal.SIGINT, 130, "grainpair: interrupted\n"), (signal.SIGTERM, 143, "")])
+def test_an_interrupted_run_ends_its_engines_and_leaves_nothing(tmp_path, ending, code, words):
     run = start(tmp_path)
     engines = wait_for_engines(run)
-    run.send_signal(signal.SIGINT)
-    out, err = run.communicate(timeout=30)
-    assert (run.returncode, out, err) == (130, "", "grainpair: interrupted\n")
+    run.send_signal(ending)
+    out, err = run.communicate(timeout=60)
+    assert (run.returncode, out, err) == (code, "", words)
     assert not list(tmp_path.iterdir())
     assert not any(at_work(pid) for pid in engines)
