@@ -111,20 +111,23 @@ class Solver final : public Simulation {
     if (setup_.numerics.stress_update == StressUpdate::first) {
       scatter<true, false>();                                // mass and momentum
       constrain(0.0);                                        // nodal velocity at the walls
-      gather_gradient();
+      gather<false, true>(dt);
       update_stress(dt);
       clear_grid();
     }
     scatter<true, true>();                                   // mass, momentum, internal force
     accelerate(dt);                                          // momentum balance [Ceccato2019, Eq. 2]
     if (setup_.numerics.transfer == TransferScheme::xpic) sharpen_velocity();
-    gather_velocity(dt);                                     // v and B of the points, and how far they move
-    if (setup_.numerics.stress_update == StressUpdate::last) gather_gradient();
+    if (setup_.numerics.stress_update == StressUpdate::last) {
+      gather<true, true>(dt);                                // v, B and displacement of the points; grad v
+    } else {
+      gather<true, false>(dt);
+    }
     if (setup_.numerics.stress_update == StressUpdate::musl) {
       clear_grid();
       scatter<true, false>();                                // the points' new momenta, where they were
       constrain(dt);
-      gather_gradient();
+      gather<false, true>(dt);
     }
     move(dt);
     if (setup_.numerics.stress_update != StressUpdate::first) update_stress(dt);
@@ -174,10 +177,11 @@ class Solver final : public Simulation {
   void accelerate(double dt);
   void constrain(double time_offset);
   void sharpen_velocity();
-  void gather_velocity(double dt);
-  template <bool Affine>
-  Sums gather_velocity_strip(const Strip& strip, double filter, double dt);
-  void gather_gradient();
+  template <bool Velocity, bool Gradient>
+  void gather(double dt);
+  template <bool Velocity, bool Gradient, bool Affine>
+  Sums gather_strip(const Strip& strip, double filter, double dt);
+  void average_volumetric_rate();
   void move(double dt);
   void update_stress(double dt);
   void update_pressure_correction();
@@ -263,6 +267,15 @@ class Solver final : public Simulation {
     std::size_t cell = 0;
     for (int d = 0; d < dim; ++d)
       cell = cell * static_cast<std::size_t>(setup_.cells[d]) + static_cast<std::size_t>(x[d] * grid_.axes[d].inverse_h);
+    return cell;
+  }
+
+  /// The same within the box of cells that points can reach until the next sorting.
+  std::size_t active_cell_of(const Vec& x) const {
+    std::size_t cell = 0;
+    for (int d = 0; d < dim; ++d)
+      cell = cell * static_cast<std::size_t>(active_end_[d] - active_begin_[d]) +
+             static_cast<std::size_t>(static_cast<int>(x[d] * grid_.axes[d].inverse_h) - active_begin_[d]);
     return cell;
   }
 

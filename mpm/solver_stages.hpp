@@ -32,7 +32,7 @@ void Solver<K, S>::bin_points() {
     active_end_[d] = std::min(high + 2 + S::support, grid_.axes[d].nodes);
   }
   std::size_t cells = 1;
-  for (int d = 0; d < dim; ++d) cells *= static_cast<std::size_t>(setup_.cells[d]);
+  for (int d = 0; d < dim; ++d) cells *= static_cast<std::size_t>(active_end_[d] - active_begin_[d]);
   cell_weight_.assign(cells, 0.0);
   cell_value_.assign(cells, 0.0);
   drift_ = 0.0;
@@ -232,132 +232,104 @@ void Solver<K, S>::sharpen_velocity() {
   });
 }
 
-/// The points' new velocity, affine moment and displacement.
+/// From the nodes to the points: new velocity, affine moment and displacement (Velocity), grad v (Gradient), or both in one
+/// pass over the nodes.
 template <class K, class S>
-void Solver<K, S>::gather_velocity(double dt) {
+template <bool Velocity, bool Gradient>
+void Solver<K, S>::gather(double dt) {
   const double tau = setup_.numerics.relaxation_time;
   const double filter = tau > 0.0 ? -std::expm1(-dt / tau) : 0.0;
-  std::vector<Sums> sums(strips_.size());
   const bool affine = is_affine(setup_.numerics.transfer);
+  std::vector<Sums> sums(strips_.size());
   for_each_strip([&](std::size_t s) {
-    sums[s] = affine ? gather_velocity_strip<true>(strips_[s], filter, dt)
-                     : gather_velocity_strip<false>(strips_[s], filter, dt);
+    sums[s] = Velocity && affine ? gather_strip<Velocity, Gradient, true>(strips_[s], filter, dt)
+                                 : gather_strip<Velocity, Gradient, false>(strips_[s], filter, dt);
   });
-  double before = 0.0, after = 0.0;
-  max_speed_ = 0.0;
-  for (const Sums& s : sums) {
-    before += s.kinetic_before, after += s.kinetic_after;
-    max_speed_ = std::max(max_speed_, s.speed);
+  if constexpr (Velocity) {
+    double before = 0.0, after = 0.0;
+    max_speed_ = 0.0;
+    for (const Sums& s : sums) {
+      before += s.kinetic_before, after += s.kinetic_after;
+      max_speed_ = std::max(max_speed_, s.speed);
+    }
+    ledger_.transfer += before - after;
+    ledger_.kinetic = after;
+    drift_ += max_speed_ * dt;
   }
-  ledger_.transfer += before - after;
-  ledger_.kinetic = after;
-  drift_ += max_speed_ * dt;
+  if constexpr (Gradient) average_volumetric_rate();
 }
 
 template <class K, class S>
-template <bool Affine>
-auto Solver<K, S>::gather_velocity_strip(const Strip& strip, double filter, double dt) -> Sums {
+template <bool Velocity, bool Gradient, bool Affine>
+auto Solver<K, S>::gather_strip(const Strip& strip, double filter, double dt) -> Sums {
+  /// What one pass collects: v and its increment, the affine moment and the slope along each axis.
+  struct Collected {
+    Lanes v{}, dv{};
+    std::array<Lanes, dim> moment{}, slope{};
+    /// Adds `inner`, the sums along the axes after `axis`, at node k of that axis.
+    void add(const Weights<S::support>& n, int k, const Collected& inner, int axis) {
+      v += n.w[k] * inner.v;
+      if constexpr (Velocity) dv += n.w[k] * inner.dv;
+      if constexpr (Affine) moment[axis] += (n.w[k] * n.xi[k]) * inner.v;
+      if constexpr (Gradient) slope[axis] += n.dw[k] * inner.v;
+      for (int d = axis + 1; d < dim; ++d) {
+        if constexpr (Affine) moment[d] += n.w[k] * inner.moment[d];
+        if constexpr (Gradient) slope[d] += n.w[k] * inner.slope[d];
+      }
+    }
+  };
   Sums sum;
   for (std::size_t p = strip.begin; p < strip.end; ++p) {
     const AxisWeights n = weights(p);
-    Lanes velocity = Lanes{}, increment = Lanes{};
-    std::array<Lanes, dim> moment;
-    moment.fill(Lanes{});
-    // sums along the last axis first, then along the ones before it
-    const auto row = [&](const Node* node, Lanes& v, Lanes& dv, Lanes& m) {
-      v = dv = m = Lanes{};
+    const auto row = [&](const Node* node) {  // along the last axis
+      Collected out;
       for (int k = 0; k < S::support; ++k) {
-        const Lanes a = n[dim - 1].w[k] * node[k].motion;
-        v += a;
-        dv += n[dim - 1].w[k] * node[k].change;
-        if constexpr (Affine) m += n[dim - 1].xi[k] * a;
+        Collected at_node;
+        at_node.v = node[k].motion;
+        at_node.dv = node[k].change;
+        out.add(n[dim - 1], k, at_node, dim - 1);
       }
+      return out;
     };
+    Collected all;
     for (int i = 0; i < S::support; ++i) {
       const Node* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
-      Lanes v, dv, m_last, m_middle = Lanes{};
       if constexpr (dim == 2) {
-        row(plane + n[1].first, v, dv, m_last);
+        all.add(n[0], i, row(plane + n[1].first), 0);
       } else {
-        v = dv = m_last = Lanes{};
-        for (int j = 0; j < S::support; ++j) {
-          Lanes vj, dvj, mj;
-          row(plane + (n[1].first + j) * grid_.stride[1] + n[2].first, vj, dvj, mj);
-          const double w = n[1].w[j];
-          v += w * vj;
-          dv += w * dvj;
-          if constexpr (Affine) {
-            m_last += w * mj;
-            m_middle += (w * n[1].xi[j]) * vj;
-          }
-        }
-      }
-      const double w = n[0].w[i];
-      velocity += w * v;
-      increment += w * dv;
-      if constexpr (Affine) {
-        moment[0] += (w * n[0].xi[i]) * v;
-        moment[dim - 1] += w * m_last;
-        if constexpr (dim == 3) moment[1] += w * m_middle;
+        Collected middle;
+        for (int j = 0; j < S::support; ++j)
+          middle.add(n[1], j, row(plane + (n[1].first + j) * grid_.stride[1] + n[2].first), 1);
+        all.add(n[0], i, middle, 0);
       }
     }
-    const Vec grid_velocity = unlanes(velocity);
-    Vec& v_p = points_.v[p];
-    const double m = points_.mass[p];
-    sum.kinetic_before += 0.5 * m * v_p.squaredNorm();
-    v_p = transferred(setup_.numerics.transfer, v_p, grid_velocity, Vec(unlanes(increment)), filter);
-    sum.kinetic_after += 0.5 * m * v_p.squaredNorm();
-    if constexpr (Affine)
-      for (int d = 0; d < dim; ++d) points_.B[p].col(d) = unlanes(moment[d]);
-    displacement_[p] = dt * grid_velocity;
-    sum.speed = std::max(sum.speed, grid_velocity.cwiseAbs().maxCoeff());
+    const Vec grid_velocity = unlanes(all.v);
+    if constexpr (Velocity) {
+      Vec& v_p = points_.v[p];
+      const double m = points_.mass[p];
+      sum.kinetic_before += 0.5 * m * v_p.squaredNorm();
+      v_p = transferred(setup_.numerics.transfer, v_p, grid_velocity, Vec(unlanes(all.dv)), filter);
+      sum.kinetic_after += 0.5 * m * v_p.squaredNorm();
+      if constexpr (Affine)
+        for (int d = 0; d < dim; ++d) points_.B[p].col(d) = unlanes(all.moment[d]);
+      displacement_[p] = dt * grid_velocity;
+      sum.speed = std::max(sum.speed, grid_velocity.cwiseAbs().maxCoeff());
+    }
+    if constexpr (Gradient) {
+      Mat3 L = Mat3::Zero();
+      for (int d = 0; d < dim; ++d) L.col(d).template head<dim>() = unlanes(all.slope[d]);
+      if constexpr (K::axisymmetric) L(2, 2) = grid_velocity[0] / points_.x[p][0];
+      Deformation& step = deformation_[p];
+      step.D = from_matrix(-L);  // compression positive
+      step.spin = 0.5 * Vec3(L(2, 1) - L(1, 2), L(0, 2) - L(2, 0), L(1, 0) - L(0, 1));
+    }
   }
   return sum;
 }
 
-/// grad v at the points, as the rate of deformation (compression positive) and the spin; then the volumetric part is
-/// averaged, if asked.
+/// Replaces tr D by its average, if asked.
 template <class K, class S>
-void Solver<K, S>::gather_gradient() {
-  for_each_strip([&](std::size_t s) {
-    for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-      const AxisWeights n = weights(p);
-      std::array<Lanes, dim> gradient;
-      gradient.fill(Lanes{});
-      Lanes velocity = Lanes{};
-      for (int i = 0; i < S::support; ++i) {
-        const Node* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
-        Lanes v = Lanes{}, middle = Lanes{}, last = Lanes{};
-        const auto row = [&](const Node* node, Lanes& value, Lanes& slope) {
-          for (int k = 0; k < S::support; ++k) {
-            value += n[dim - 1].w[k] * node[k].motion;
-            slope += n[dim - 1].dw[k] * node[k].motion;
-          }
-        };
-        if constexpr (dim == 2) {
-          row(plane + n[1].first, v, last);
-        } else {
-          for (int j = 0; j < S::support; ++j) {
-            Lanes vj = Lanes{}, sj = Lanes{};
-            row(plane + (n[1].first + j) * grid_.stride[1] + n[2].first, vj, sj);
-            v += n[1].w[j] * vj;
-            middle += n[1].dw[j] * vj;
-            last += n[1].w[j] * sj;
-          }
-        }
-        gradient[0] += n[0].dw[i] * v;
-        gradient[dim - 1] += n[0].w[i] * last;
-        if constexpr (dim == 3) gradient[1] += n[0].w[i] * middle;
-        if constexpr (K::axisymmetric) velocity += n[0].w[i] * v;
-      }
-      Mat3 L = Mat3::Zero();
-      for (int d = 0; d < dim; ++d) L.col(d).template head<dim>() = unlanes(gradient[d]);
-      if constexpr (K::axisymmetric) L(2, 2) = velocity[1] / points_.x[p][0];
-      Deformation& step = deformation_[p];
-      step.D = from_matrix(-L);
-      step.spin = 0.5 * Vec3(L(2, 1) - L(1, 2), L(0, 2) - L(2, 0), L(1, 0) - L(0, 1));
-    }
-  });
+void Solver<K, S>::average_volumetric_rate() {
   if (setup_.numerics.averaging == VolumetricAveraging::none) return;
   for (std::size_t p = 0; p < points_.size(); ++p) scratch_[p] = trace(deformation_[p].D);
   average(scratch_);
@@ -491,14 +463,14 @@ void Solver<K, S>::average_over_cells(std::vector<double>& field) {
   std::fill(cell_value_.begin(), cell_value_.end(), 0.0);
   for_each_strip([&](std::size_t s) {
     for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-      const std::size_t cell = cell_of(points_.x[p]);
+      const std::size_t cell = active_cell_of(points_.x[p]);
       cell_weight_[cell] += volume(p);
       cell_value_[cell] += volume(p) * field[p];
     }
   });
   for_each_strip([&](std::size_t s) {
     for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-      const std::size_t cell = cell_of(points_.x[p]);
+      const std::size_t cell = active_cell_of(points_.x[p]);
       field[p] = cell_value_[cell] / cell_weight_[cell];
     }
   });
