@@ -1,8 +1,8 @@
 // Symmetric second-order tensors as six-vectors in Mandel notation.
 //
-// Mandel: (xx, yy, zz, sqrt2 xy, sqrt2 yz, sqrt2 zx), so that the double contraction a:b is the plain dot
-// product and a fourth-order tensor is a 6x6 matrix. Compression is positive throughout the project, for stress
-// and for strain alike: p = tr(sigma)/3 > 0 in a loaded packing.
+// Mandel: (xx, yy, zz, sqrt2 xy, sqrt2 yz, sqrt2 zx), so that the double contraction a:b is the
+// plain dot product and a fourth-order tensor is a 6x6 matrix. Compression is positive throughout
+// the project, for stress and for strain alike: p = tr(sigma)/3 > 0 in a loaded packing.
 #pragma once
 
 #include <Eigen/Dense>
@@ -15,13 +15,17 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using SymTensor = Eigen::Matrix<double, 6, 1>;  // Mandel components
 
-inline SymTensor identity() { return SymTensor{1.0, 1.0, 1.0, 0.0, 0.0, 0.0}; }
+inline SymTensor identity() {
+  // loaded whole: six scalar stores followed by vector loads would stall on every use
+  alignas(32) static constexpr double components[] = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
+  return Eigen::Map<const SymTensor>(components);
+}
 
 inline double trace(const SymTensor& a) { return a[0] + a[1] + a[2]; }
 
 inline SymTensor deviator(const SymTensor& a) {
   SymTensor s = a;
-  s.head<3>().array() -= trace(a) / 3.0;
+  s -= (trace(a) / 3.0) * identity();
   return s;
 }
 
@@ -45,7 +49,11 @@ inline SymTensor square(const SymTensor& a) {
 
 inline SymTensor from_matrix(const Mat3& m) {
   constexpr double r = 1.0 / std::numbers::sqrt2;
-  return SymTensor{m(0, 0), m(1, 1), m(2, 2), r * (m(0, 1) + m(1, 0)), r * (m(1, 2) + m(2, 1)),
+  return SymTensor{m(0, 0),
+                   m(1, 1),
+                   m(2, 2),
+                   r * (m(0, 1) + m(1, 0)),
+                   r * (m(1, 2) + m(2, 1)),
                    r * (m(2, 0) + m(0, 2))};
 }
 

@@ -2,9 +2,10 @@
 //
 // The seed gives its parameters (E_p, e_c, a_L, delta) but not its form; here, with nu = 1/(1+e),
 //     p_cs = a_L E_p (nu - nu_c)^m for nu > nu_c, 0 otherwise;   m = 1, 3/2 or 2,
-//     D = eps_pv/eps_pq = A psi, psi = e - e_cs(p), |D| <= 1/2,
-// where A is M_c/delta, delta or 0. DEVIATION: a reconstruction, judged by the grains' element
-// tests.
+//     D = eps_pv/eps_pq = A psi, psi = e - e_cs(p), |D| <= min(1/2, M_c/2),
+// where A is M_c/delta, delta or 0. The bound keeps plastic dissipation positive: q eps_pq + p
+// eps_pv > 0 needs D > -q/p.
+// DEVIATION: a reconstruction, judged by the grains' element tests.
 #pragma once
 
 #include <algorithm>

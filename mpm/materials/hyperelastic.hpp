@@ -42,7 +42,7 @@ class Hyperelastic {
     const double u = std::sqrt(a * a + coupling * e.squaredNorm());
     const double p0 = reference_pressure(u), secant = p0 / u;
     SymTensor sigma = secant * coupling * e;
-    sigma.head<3>().array() += secant * a;
+    sigma += (secant * a) * identity();
     return {sigma, p0 * u * (1.0 - n) / (2.0 - n)};
   }
 
@@ -56,7 +56,7 @@ class Hyperelastic {
     const double p0 = std::sqrt(p * p + s.squaredNorm() / coupling);
     const double compliance = size(p0) / p0;
     SymTensor eps = compliance / coupling * s;
-    eps.head<3>().array() += compliance * p / 3.0;
+    eps += (compliance * p / 3.0) * identity();
     return eps;
   }
 
@@ -82,7 +82,7 @@ class Hyperelastic {
     const double B = p0 / (kn * size(p0));
     const double coupled = n * k * B / p02 * (p * trD + s.dot(D));
     SymTensor sigma_dot = 2.0 * g * B * deviator(D) + coupled * s;
-    sigma_dot.head<3>().array() += kn * B * trD + coupled * p;
+    sigma_dot += (kn * B * trD + coupled * p) * identity();
     return sigma_dot;
   }
 

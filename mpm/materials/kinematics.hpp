@@ -24,7 +24,7 @@ inline SymTensor strain_increment(const Deformation& step) {
   SymTensor strain = step.dt * step.D;
   const double correction =
       (volumetric_strain(step.void_ratio_old, step.void_ratio) - trace(strain)) / 3.0;
-  strain.head<3>().array() += correction;
+  strain += (correction)*identity();
   return strain;
 }
 

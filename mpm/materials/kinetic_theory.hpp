@@ -5,8 +5,10 @@
 // With nu = 1/(1+e), G = nu g0, Y = 1/(1/G + kap sqrt(T)) and kap = 24/(5 sqrt(pi)) sqrt(rho/E):
 //     F = (1+en)/2 + 1/(4G)
 //     J = (1+en)/2 + pi/32 [5 + 2(1+en)(3en-1)G][5 + 4(1+en)G]/{[24 - 6(1-en)^2 - 5(1-en^2)]G^2}
-//     p_c = 4 F nu rho Y T,  eta = 8 J nu rho d Y sqrt(T)/(5 sqrt(pi)),  lam = 4(1+en) nu rho d Y
-//     sqrt(T)/(3 sqrt(pi)) sigma_c = p_c I + lam tr(D) I + 2 eta dev(D) [Ceccato2019, Eq. 12]
+//     p_c = 4 F nu rho Y T
+//     eta = 8 J nu rho d Y sqrt(T)/(5 sqrt(pi))
+//     lam = 4(1+en) nu rho d Y sqrt(T)/(3 sqrt(pi))
+//     sigma_c = p_c I + lam tr(D) I + 2 eta dev(D)  [Ceccato2019, Eq. 12]
 //     Gamma_c = 12/sqrt(pi) (1 - ee^2) nu rho Y T^(3/2)/L
 // G is infinite at e <= e_c, so 1/G is what is carried. Coefficients here are per unit of bulk
 // density nu rho.

@@ -1,8 +1,9 @@
 // The Lade-Duncan cone [LadeDuncan1975] and the closed return of an elastic strain to it.
 //
-// With eta = s/p:  f(eta) = eta:eta/2 - tr(eta^3)/3 - C,  C = M_c^2/3 - 2 M_c^3/27, elastic where f
-// < 0. This is I1^3 - kappa I3 = 0, kappa = 27/(1 - C), in dimensionless form. Its normal is a =
-// eta - dev(eta.eta).
+// With eta = s/p, elastic where f < 0:
+//     f(eta) = eta:eta/2 - tr(eta^3)/3 - C,  C = M_c^2/3 - 2 M_c^3/27,
+//     normal in the deviatoric plane a = eta - dev(eta.eta) .
+// This is I1^3 - kappa I3 = 0, kappa = 27/(1 - C), in dimensionless form.
 //
 // In the deviatoric plane write eta as the complex number w whose real axis is the trial direction,
 // at Lode angle theta: eta.eta -> conj(w)^2 exp(-3i theta)/sqrt6, tr(eta^3) -> Re(w^3 exp(3i
@@ -34,7 +35,16 @@ class LadeDuncan {
  public:
   explicit LadeDuncan(const Case& c) : LadeDuncan(c.number("material.stress_ratio")) {}
   explicit LadeDuncan(double stress_ratio)
-      : offset(stress_ratio * stress_ratio / 3.0 - 2.0 * std::pow(stress_ratio, 3) / 27.0) {}
+      : offset(stress_ratio * stress_ratio / 3.0 - 2.0 * std::pow(stress_ratio, 3) / 27.0) {
+    // |eta| at the corners: compression sqrt(2/3) M_c; extension x^2/2 + x^3/(3 sqrt6) = C, by
+    // Newton from above
+    const double compression = std::sqrt(2.0 / 3.0) * stress_ratio;
+    double x = std::sqrt(2.0 * offset);
+    for (int i = 0; i < 50; ++i)
+      x -= (x * x * (0.5 + x * inv_root6 / 3.0) - offset) / (x * (1.0 + x * inv_root6));
+    corners_ = 1.0 / compression + 1.0 / x;
+    spread_ = 1.0 / x - 1.0 / compression;
+  }
 
   double kappa() const { return 27.0 / (1.0 - offset); }
 
@@ -59,14 +69,18 @@ class LadeDuncan {
   /// negative in no case; volumetric <= 0 means that contraction has taken all the pressure away.
   ConeReturn along_flow(const Hyperelastic& elasticity, const SymTensor& trial_deviator,
                         double trial_a, double ratio) const {
-    const double kappa_ = ratio / elasticity.coupling;
+    if (ratio == 0.0)
+      return project(elasticity, trial_deviator, trial_a, [](const Iterate&) {
+        return Size{1.0, 0.0, 0.0, 0.0};
+      });
     if (ratio > 0.0 && ratio * trial_deviator.norm() >= trial_a)
       return {SymTensor::Zero(), 0.0, trial_deviator.norm(), 0, true};
-    // a/a_trial = 1 - kappa m |N|
-    return project(elasticity, trial_deviator, trial_a, [kappa_](const Iterate& z) {
-      const double slope = -kappa_ * z.m / z.length;
-      return Size{1.0 - kappa_ * z.m * z.length, slope * (z.hxx * z.nx + z.hxy * z.ny),
-                  slope * (z.hxy * z.nx + z.hyy * z.ny), -kappa_ * z.length};
+    // a/a_trial = 1 - b m |N|
+    const double b = ratio / elasticity.coupling;
+    return project(elasticity, trial_deviator, trial_a, [b](const Iterate& z) {
+      const double length = std::sqrt(z.nx * z.nx + z.ny * z.ny), slope = -b * z.m / length;
+      return Size{1.0 - b * z.m * length, slope * (z.hxx * z.nx + z.hxy * z.ny),
+                  slope * (z.hxy * z.nx + z.hyy * z.ny), -b * length};
     });
   }
 
@@ -89,10 +103,13 @@ class LadeDuncan {
   double offset;  // C
 
  private:
+  static constexpr double inv_root6 = 0.40824829046386301637;
+  double corners_, spread_;  // of 1/|eta| along the cone
+
   struct Iterate {
-    double x, y, m;         // w = x + i y and the multiplier
-    double nx, ny, length;  // N, the normal at w, and its length
-    double hxx, hxy, hyy;   // dN/dw
+    double x, y, m;        // w = x + i y and the multiplier
+    double nx, ny;         // N, the normal at w
+    double hxx, hxy, hyy;  // dN/dw
   };
   struct Size {
     double value, dx, dy, dm;  // a/a_ref and its derivatives
@@ -102,7 +119,6 @@ class LadeDuncan {
   template <class SizeOf>
   ConeReturn project(const Hyperelastic& elasticity, const SymTensor& trial, double a_ref,
                      SizeOf size_of) const {
-    constexpr double inv_root6 = 0.40824829046386301637;
     const double length = trial.norm();
     if (!(length > 0.0)) return {trial, a_ref, -1.0, 0, true};
     const SymTensor direction = trial / length;
@@ -110,12 +126,11 @@ class LadeDuncan {
     const double sine = std::sqrt(1.0 - cosine * cosine);
     const double r = elasticity.coupling * length / a_ref;
 
-    // Start on the cone along the radius: x^2/2 - cosine x^3/(3 sqrt6) = C.
-    Iterate z{std::sqrt(2.0 * offset), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-    for (int i = 0; i < 3; ++i) {
-      const double t = cosine * z.x * inv_root6;
-      z.x -= (z.x * (0.5 - t / 3.0) - offset / z.x) / (1.0 - t);
-    }
+    // Start on the cone along the radius, x^2/2 - cosine x^3/(3 sqrt6) = C: one Newton step from
+    // the chord between the corners, 1/x linear in the cosine.
+    Iterate z{2.0 / (corners_ - spread_ * cosine), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    const double t = cosine * z.x * inv_root6;
+    z.x -= (z.x * z.x * (0.5 - t / 3.0) - offset) / (z.x * (1.0 - t));
     const double radial = z.x;
     const auto differentiate = [&] {
       // conj(w)^2 exp(-3i theta) = ((x^2 - y^2) - 2 i x y)(cosine - i sine)
@@ -125,12 +140,11 @@ class LadeDuncan {
       const double br = 2.0 * inv_root6 * (z.x * cosine - z.y * sine);
       const double bi = -2.0 * inv_root6 * (z.x * sine + z.y * cosine);
       z.hxx = 1.0 - br, z.hxy = -bi, z.hyy = 1.0 + br;
-      z.length = std::sqrt(z.nx * z.nx + z.ny * z.ny);
     };
     differentiate();
     Size a = size_of(z);
     if (r <= a.value * z.x) return {trial, a_ref, r < a.value * z.x ? -1.0 : 0.0, 0, true};
-    z.m = (r - a.value * z.x) * z.nx / (z.length * z.length);
+    z.m = (r - a.value * z.x) * z.nx / (z.nx * z.nx + z.ny * z.ny);
     a = size_of(z);
 
     constexpr int most = 30;
@@ -146,11 +160,13 @@ class LadeDuncan {
       const double gx = z.nx + z.x * a.dm, gy = z.ny + z.y * a.dm;
       const double axx = a.value + z.m * z.hxx + z.x * a.dx, axy = z.m * z.hxy + z.x * a.dy;
       const double ayx = z.m * z.hxy + z.y * a.dx, ayy = a.value + z.m * z.hyy + z.y * a.dy;
+      // [A g; N 0][dw; dm] = -[F; f], with U = adj(A) F and V = adj(A) g
       const double det = axx * ayy - axy * ayx;
-      const double ux = (ayy * fx - axy * fy) / det, uy = (axx * fy - ayx * fx) / det;
-      const double vx = (ayy * gx - axy * gy) / det, vy = (axx * gy - ayx * gx) / det;
-      const double dm = (f - z.nx * ux - z.ny * uy) / (z.nx * vx + z.ny * vy);
-      const double dx = -ux - vx * dm, dy = -uy - vy * dm;
+      const double ux = ayy * fx - axy * fy, uy = axx * fy - ayx * fx;
+      const double vx = ayy * gx - axy * gy, vy = axx * gy - ayx * gx;
+      const double dm = (f * det - z.nx * ux - z.ny * uy) / (z.nx * vx + z.ny * vy),
+                   inverse = 1.0 / det;
+      const double dx = -(ux + vx * dm) * inverse, dy = -(uy + vy * dm) * inverse;
       z.x += dx, z.y += dy, z.m += dm;
       differentiate();
       a = size_of(z);
@@ -163,7 +179,8 @@ class LadeDuncan {
     // i times the direction, from dev(direction^2) = (cosine - i sine) direction/sqrt6; y ~ sine
     const double scale = a.value * a_ref / elasticity.coupling;
     ConeReturn result{scale * z.x * direction, a.value * a_ref,
-                      z.m * z.length * a_ref / elasticity.coupling, i, converged};
+                      z.m * std::sqrt(z.nx * z.nx + z.ny * z.ny) * a_ref / elasticity.coupling, i,
+                      converged};
     if (z.y != 0.0 && sine > 0.0)
       result.deviatoric +=
           scale * z.y / sine * (cosine * direction - deviator(square(direction)) / inv_root6);

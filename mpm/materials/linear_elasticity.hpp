@@ -21,12 +21,12 @@ struct LinearElasticity {
   /// sigma = K tr(eps) I + 2 G dev(eps) [Pa]
   SymTensor stress(const SymTensor& strain) const {
     SymTensor sigma = 2.0 * shear * strain;
-    sigma.head<3>().array() += (bulk - 2.0 / 3.0 * shear) * trace(strain);
+    sigma += ((bulk - 2.0 / 3.0 * shear) * trace(strain)) * identity();
     return sigma;
   }
   SymTensor strain(const SymTensor& sigma) const {
     SymTensor e = sigma / (2.0 * shear);
-    e.head<3>().array() += trace(sigma) / 3.0 * (1.0 / (3.0 * bulk) - 1.0 / (2.0 * shear));
+    e += (trace(sigma) / 3.0 * (1.0 / (3.0 * bulk) - 1.0 / (2.0 * shear))) * identity();
     return e;
   }
   /// Psi = K tr(eps)^2 / 2 + G dev(eps):dev(eps) [J/m3]

@@ -4,16 +4,14 @@
 //   1 visco-elastic         f < 0, or unloading from f = 0
 //   2 visco-elasto-plastic  f = 0, G_1 != 0: flow with the dilatancy of the state
 //   3 critical              f = G_1 = 0, e < e_c: extended consistency, p stays p_cs(e); the
-//   plastic volumetric
-//                           strain is the total less the elastic
+//                           plastic volumetric strain is the total less the elastic
 //   4 collisional           no quasi-static stress
-//
 //   0                       no quasi-static stress either, but torn open while denser than e_c
 //
 // 2 -> 3 when G_1 changes sign; 3 -> 4 when e reaches e_c; 1, 2 -> 4 (e < e_c: 0) when the pressure
 // is used up; 3 -> 1 on unloading; 4 -> 1 or 3 when a point is compressed below e_c, where it
-// starts from zero stress; 0 -> 1 or 2 where contact was lost. DEVIATION: where following p_cs(e)
-// would take more plastic dilation than the bound of the dilatancy, the flow is at that bound and p
+// starts from zero stress; 0 -> 1 or 2 where contact was lost.
+// DEVIATION: where following p_cs(e) would take more plastic dilation than the bound of the dilatancy, the flow is at that bound and p
 // lags behind p_cs(e) until it has caught up. The locus is stiffer than the skeleton (K_cs > K), so
 // that following it at any rate would create energy.
 #pragma once

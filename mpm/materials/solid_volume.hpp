@@ -5,8 +5,9 @@
 // Hencky strain is then not the Cauchy stress sigma but tau = sigma (1+e)/(1+e_r), which does the
 // same work on the solid:
 //     sigma : deps (1+e)/rho_s = tau : deps (1+e_r)/rho_s .
-// At e = e_r the two stresses agree. DEVIATION: the seed, for small strain, makes no such
-// difference; without it an elastic loop loses energy of the order of its strain.
+// At e = e_r the two stresses agree.
+// DEVIATION: the seed, for small strain, makes no such difference; without it an elastic loop loses
+// energy of the order of its strain.
 #pragma once
 
 #include "mpm/case.hpp"
