@@ -32,6 +32,7 @@ class Keys {
       : file_(file), table_(table), what_(std::move(what)) {}
 
   bool has(const std::string& key) const { return table_.contains(key); }
+  void allow(const std::string& key) { asked_.push_back(key); }
 
   double number(const std::string& key, std::optional<double> otherwise = {}) {
     const toml::node* node = find(key, otherwise.has_value());
@@ -150,7 +151,8 @@ Leg read_leg(Keys keys) {
       case Kind::isotropic:
         leg.rate = signed_rate / 3.0 * identity();
         break;
-      case Kind::simple_shear:  // du_x/dy = -rate: D_xy = rate/2 (compression positive), W_xy = -rate/2
+      case Kind::simple_shear:  // du_x/dy = -rate: D_xy = rate/2 (compression positive), W_xy =
+                                // -rate/2
         leg.rate[3] = signed_rate / std::numbers::sqrt2;
         leg.spin[2] = 0.5 * signed_rate;
         leg.constant_stress = keys.word("constant", {"volume", "stress"}, "volume") == "stress";
@@ -292,7 +294,9 @@ PointPath PointPath::load(const std::string& path, const std::vector<std::string
   if (!file["start"].is_table())
     refuse(path, keys.where("start"),
            "a path file needs a table [start] with void_ratio and stress or pressure");
-  keys.word("start", {}, "");
+  keys.allow("start");
+  keys.allow("leg");
+  keys.close();
   Keys start(path, *file["start"].as_table(), "[start]");
   result.void_ratio = start.positive("void_ratio", result.material.number("initial.void_ratio"));
   if (start.has("stress"))

@@ -49,12 +49,12 @@ class DormandPrince {
     for (int substeps = 0; t < 1.0; ++substeps) {
       if (substeps == most_substeps) return rest_in_closed_form();
 
-      if (now.stress.isZero(
-              0.0)) {  // regimes 4 and 0: wait for contact, then leave the apex in closed form
+      // regimes 4 and 0: wait for contact, then leave the apex in closed form
+      if (now.stress.isZero(0.0)) {
         const double contact = regime == collisional ? path.meets_critical_void_ratio(t, false)
                                                      : path.closes(now.strain, t);
         if (!(contact < 1.0))
-          return finish(model_.open(trace(now.strain) + (1.0 - t) * trace(increment), e));
+          return finish(model_.open(trace(now.strain) + (1.0 - t) * path.closing(t), e));
         const double next = contact + (1.0 - contact) * first_step;
         const QuasiStaticResponse first =
             model_.implicit({SymTensor::Zero(), regime}, (next - contact) * increment,
@@ -152,8 +152,14 @@ class DormandPrince {
     }
     /// Pseudo-time at which an open strain is back at a = 0.
     double closes(const SymTensor& strain, double t) const {
-      return trace(increment) > 0.0 ? t + std::max(-trace(strain), 0.0) / trace(increment)
-                                    : std::numeric_limits<double>::infinity();
+      return closing(t) > 0.0 ? t + std::max(-trace(strain), 0.0) / closing(t)
+                              : std::numeric_limits<double>::infinity();
+    }
+    /// Rate of a while open: the volume, and the dilation of shear without stress.
+    double closing(double t) const {
+      const double e = void_ratio(t);
+      const double ratio = e < model.locus.e_c ? model.locus.flow_ratio(e, 0.0) : 0.0;
+      return trace(increment) - ratio * deviator(increment).norm();
     }
 
     /// p_cs(e) and G_1, in tau [Pa].

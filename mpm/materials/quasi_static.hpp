@@ -6,14 +6,15 @@
 //   3 critical              f = G_1 = 0, e < e_c: extended consistency, p stays p_cs(e); the
 //                           plastic volumetric strain is the total less the elastic
 //   4 collisional           no quasi-static stress
-//   0                       no quasi-static stress either, but torn open while denser than e_c
+//   0                       no quasi-static stress either, but torn open while denser than e_c:
+//                           shear dilates it, so that contact comes back
 //
 // 2 -> 3 when G_1 changes sign; 3 -> 4 when e reaches e_c; 1, 2 -> 4 (e < e_c: 0) when the pressure
 // is used up; 3 -> 1 on unloading; 4 -> 1 or 3 when a point is compressed below e_c, where it
-// starts from zero stress; 0 -> 1 or 2 where contact was lost.
-// DEVIATION: where following p_cs(e) would take more plastic dilation than the bound of the dilatancy, the flow is at that bound and p
-// lags behind p_cs(e) until it has caught up. The locus is stiffer than the skeleton (K_cs > K), so
-// that following it at any rate would create energy.
+// starts from zero stress; 0 -> 1 or 2 where contact is back.
+// DEVIATION: where following p_cs(e) would take more plastic dilation than the bound of the
+// dilatancy, the flow is at that bound and p lags behind p_cs(e) until it has caught up. The locus
+// is stiffer than the skeleton (K_cs > K), so that following it at any rate would create energy.
 #pragma once
 
 #include <cstdint>
@@ -68,9 +69,12 @@ class QuasiStatic {
     if (old.regime == collisional && e >= locus.e_c) return open(0.0, e);
     const auto before = elasticity.evaluate(old.strain);
     SymTensor trial = old.strain + increment;
-    if (trace(old.strain) < 0.0 &&
-        trace(trial) > 0.0)  // sheared in contact for part of the step only
-      trial -= (1.0 - trace(trial) / trace(increment)) * deviator(increment);
+    if (const double gap = -trace(old.strain); gap >= 0.0) {  // without stress
+      if (old.regime == no_regime && e < locus.e_c)
+        trial -= locus.flow_ratio(e, 0.0) * deviator(increment).norm() / 3.0 * identity();
+      if (const double a = trace(trial); a > 0.0)  // in contact for the last part of the step
+        trial -= gap / (a + gap) * deviator(increment);
+    }
     if (trace(trial) <= 0.0) return released(before, increment, trace(trial), e);
     if (holds(trial)) {
       QuasiStaticResponse r = loaded(trial, visco_elastic);
