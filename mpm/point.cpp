@@ -287,6 +287,9 @@ PointPath PointPath::load(const std::string& path, const std::vector<std::string
   set.insert(set.end(), overrides.begin(), overrides.end());
   keys.word("title", {}, "");
 
+  // the law's reference volume is that of the start
+  if (const auto e = file["start"]["void_ratio"].value<double>())
+    set.push_back(fmt::format("initial.void_ratio={}", *e));
   PointPath result;
   result.material = Case::load((std::filesystem::path(path).parent_path() / base).string(), set);
   result.text = text.str();
