@@ -23,7 +23,7 @@ from .grains import Grains
 from .scene import TYPES, Plane
 
 # The engine has cut the spring at this step where k_t |s| = mu |F_n| to round-off. That of F_n is its two terms', and theirs
-# the overlap's, a small difference of large numbers.
+# the overlap's, a small difference of coordinates.
 SLIDING_TOLERANCE, ROUND_OFF = 1e-8, 1e-15
 
 
@@ -80,7 +80,7 @@ class Snapshot:
         s = self.rows[:, 3:6]
         s_length = np.sqrt(dot(s, s))
         cap = g.friction * np.abs(f_n)
-        blur = (SLIDING_TOLERANCE + ROUND_OFF * g.diameter / delta) * g.friction * (f_hertz + gamma_n * np.abs(v_n))
+        blur = (SLIDING_TOLERANCE + ROUND_OFF * np.abs(a["x"]).max() / delta) * g.friction * (f_hertz + gamma_n * np.abs(v_n))
         sliding = k_t * s_length >= cap - blur
         spring = -k_t[:, None] * s
         f_t = spring - np.where(sliding, 0.0, gamma_t)[:, None] * v_t
