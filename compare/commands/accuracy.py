@@ -29,7 +29,7 @@ REFERENCE = 5000  # steps per leg
 
 def arguments(parser):
     parser.add_argument("--case", type=Path, default=ROOT / "cases" / "column", help="case the material comes from (column)")
-    parser.add_argument("--out", type=Path, default=Path("integrators.svg"), help="figure to write")
+    parser.add_argument("--out", type=Path, default=Path("accuracy.svg"), help="figure to write")
 
 
 def run(options) -> int:
