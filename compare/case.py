@@ -4,10 +4,11 @@ import subprocess
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from compare.errors import CaseError, EngineError
-from compare.programs import program
+from compare.programs import ROOT, program
 
 
 @dataclass(frozen=True)
@@ -49,5 +50,24 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
 
 
 def parse(resolved: str, path: str | Path = "", text: str = "") -> Case:
-    """The case of a resolved TOML text, such as the attribute `case_resolved` of a result file."""
-    return Case(Path(path), text, resolved, tomllib.loads(resolved))
+    """The case of a resolved TOML text, such as the attribute `case_resolved` of a result file.
+
+    A file written before the schema gained a key has that key's default.
+    """
+    return Case(Path(path), text, resolved, completed(tomllib.loads(resolved), schema()))
+
+
+@cache
+def schema() -> dict:
+    """cases/schema.toml: a key is a table that has a `type`, everything else a table of keys."""
+    return tomllib.loads((ROOT / "cases" / "schema.toml").read_text())
+
+
+def completed(values: dict, keys: dict) -> dict:
+    """`values` with the defaults of the keys they lack."""
+    for name, key in keys.items():
+        if "type" not in key:
+            values[name] = completed(values.get(name, {}), key)
+        elif "default" in key:
+            values.setdefault(name, key["default"])
+    return values
