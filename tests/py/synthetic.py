@@ -23,7 +23,6 @@ gravity = 9.81
 diameter = 0.002
 density = 2500.0
 [initial]
-state = "nominal"
 void_ratio = {void_ratio}
 [walls]
 front_back = "periodic"
