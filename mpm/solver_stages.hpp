@@ -398,7 +398,6 @@ void Solver<K, S>::update_stress(double dt) {
     store_update(begin, end, stability);
     for (std::size_t p = begin; p < end; ++p) {
       const double m = points_.mass[p];
-      sum.work += m * work_[p];
       sum.stored += m * points_.stored[p];
       sum.fluctuation += m * points_.fluctuation[p];
       sum.plastic += m * step_energies_[p].plastic;
