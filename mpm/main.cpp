@@ -8,6 +8,7 @@
 
 #include "mpm/output.hpp"
 #include "mpm/simulation.hpp"
+#include "mpm/watch.hpp"
 
 namespace {
 
@@ -61,6 +62,8 @@ void run(const Case& scene, const std::string& path, const Provenance& provenanc
   std::string end_reason = "maximum";
   double peak = 0.0;
   long steps = 0;
+  const EnergyLedger begin = simulation->ledger();
+  Watch watch(*simulation, scene.number("geometry.height"), scene.number("geometry.gravity"), scene.number("mpm.cell_size"));
 
   output.frame(*simulation, 0, 0.0);
   output.energies(*simulation, {});
@@ -72,11 +75,12 @@ void run(const Case& scene, const std::string& path, const Provenance& provenanc
     ++steps;
 
     const double time = simulation->time(), kinetic = simulation->ledger().kinetic;
-    if (!std::isfinite(kinetic))
-      throw SolverError(fmt::format("step {}: kinetic energy is not finite at t = {:.4g} s lower mpm.time_step_fraction",
-                                    steps, time));
+    watch.step(*simulation, steps);
     peak = std::max(peak, kinetic);
-    if (rows.due(time)) output.energies(*simulation, step);
+    if (rows.due(time)) {
+      output.energies(*simulation, step);
+      watch.points(*simulation);
+    }
     const bool at_rest = kinetic < rest * peak && time > tau;  // the release itself starts from rest
     if (frames.due(time) || at_rest) output.frame(*simulation, steps, step.dt);
     progress(time / end, fmt::format("t = {:.2f} sqrt(H/g), dt = {:.1e} s", time / tau, step.dt));
@@ -86,6 +90,9 @@ void run(const Case& scene, const std::string& path, const Provenance& provenanc
     }
   }
   const auto wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start);
+  const auto warnings = watch.warnings(begin, simulation->ledger());
+  for (const std::string& warning : warnings) fmt::print(stderr, "{}: warning: {}\n", scene.path(), warning);
+  output.warnings(warnings);
   output.finish(end_reason, cpu_seconds(), wall.count(), steps);
   progress(1.0, end_reason == "rest" ? "at rest" : "time.maximum reached");
 }

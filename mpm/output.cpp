@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <fmt/chrono.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 
@@ -140,6 +141,10 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
 
 void Output::energies(const Simulation& simulation, const TimeStep& step) {
   rows_.push_back({simulation.time(), step.dt, simulation.ledger(), static_cast<int>(step.limit)});
+}
+
+void Output::warnings(const std::vector<std::string>& lines) {
+  hdf5::write_attribute(*file_, "warnings", lines.empty() ? std::string("none") : fmt::format("{}", fmt::join(lines, "\n")));
 }
 
 void Output::finish(const std::string& end_reason, double cpu_seconds, double wall_seconds, long steps) {

@@ -26,6 +26,8 @@ class Output {
 
   void frame(const Simulation& simulation, long step, double dt);
   void energies(const Simulation& simulation, const TimeStep& step);
+  /// What spoiled the result without ending the run; `warnings` of the file's root.
+  void warnings(const std::vector<std::string>& lines);
   void finish(const std::string& end_reason, double cpu_seconds, double wall_seconds, long steps);
 
  private:

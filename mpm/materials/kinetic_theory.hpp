@@ -34,6 +34,7 @@ class KineticTheory {
     double collision_time_factor = 1.0, correlation_factor = 1.0;
     Correlation correlation = Correlation::berzi;
     bool bulk_viscosity = true;
+    bool explicit_temperature = false;
   };
 
   /// Per bulk density: p_c = P Y T, eta = H Y s, lam = B Y s, Gamma_c = Q Y s^3, where s = sqrt(T).
@@ -52,7 +53,8 @@ class KineticTheory {
             c.number("material.loose_void_ratio"), c.number("material.collision_time_factor"),
             c.number("material.correlation_factor"),
             correlation(c.word("material.correlation_length")),
-            c.flag("material.bulk_viscosity")}) {}
+            c.flag("material.bulk_viscosity"),
+            c.word("material.temperature_update") == "explicit"}) {}
 
   explicit KineticTheory(const Parameters& given)
       : parameters(given),
@@ -115,6 +117,11 @@ class KineticTheory {
   double advance(const Coefficients& c, double s_old, double shear_rate2, double trD,
                  double dt) const {
     const double t_old = s_old * s_old;
+    if (parameters.explicit_temperature) {
+      // T + dt 2/3 Y ((H gdot^2 + B trD^2) s + P T trD - Q s^3), forward: NaN where the step overshoots zero
+      const double heating = (c.H * shear_rate2 + c.B * trD * trD) * s_old + c.P * t_old * trD;
+      return std::sqrt(t_old + dt / 1.5 * softened(c, s_old) * (heating - c.Q * t_old * s_old));
+    }
     const double c3 = 1.5 * kap + dt * c.Q, c2 = 1.5 * c.inverse_g - dt * c.P * trD;
     const double c1 = -(1.5 * kap * t_old + dt * (c.H * shear_rate2 + c.B * trD * trD));
     const double c0 = -1.5 * c.inverse_g * t_old;
