@@ -1,0 +1,50 @@
+"""Speed against accuracy: every recipe of a case's study, against the grains' mean and against the law's fine-grid solution.
+
+The recipes stand in the table [frontier] of cases/<case>/study.toml. Each is run once and kept in runs/studies/points, under
+a name that holds the case, the recipe and the program; a run that fails is a point too. Written to --out: points.csv,
+grains.json (the grains' mean and scatter), figures, and frontier.html, where each point tells its recipe and command.
+"""
+
+import sys
+from pathlib import Path
+
+from compare import case
+from compare.commands.run import find_case, name_of
+from compare.study import frontier, page, provenance, recipe, reference, sweep
+from compare.study.signature import WORDS
+
+
+def arguments(parser):
+    parser.add_argument("case", metavar="CASE", help="case file, folder that holds case.toml, or name of a folder in cases/")
+    parser.add_argument("--metric", choices=list(WORDS), help="draw this error only (all)")
+    sweep.arguments(parser)
+    reference.arguments(parser)
+
+
+def run(options) -> int:
+    from compare.charts.study import frontier as chart  # matplotlib takes its time to load
+    scene = case.load(find_case(options.case))
+    study = recipe.study(scene, "frontier")
+    recipes, fine = (recipe.unique([one for series in study.get(name, []) for one in recipe.expand(series, study["timeout"])])
+                     for name in ("series", "fine"))
+    grains = reference.obtain(scene, options)
+    found = sweep.run_recipes(scene, recipes + fine, options)
+    points = frontier.table(found[:len(recipes)], found[len(recipes):], grains, scene)
+
+    out = options.out or Path("runs") / "studies" / name_of(scene.path) / "frontier"
+    origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
+    provenance.save(points, out / "points.csv", origin, "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; relaxation_time [s]; "
+                    "young_modulus [Pa]; a row is one run of `command`")
+    reference.write(grains, out / "grains.json")
+    figures = []
+    for name in [options.metric] if options.metric else WORDS:
+        words = frontier.sentences(points, grains, name)
+        figures.append((f"Error from the grains: {WORDS[name]}", words, chart.draw(points, grains, name, out / f"frontier_{name}")))
+        print(f"{WORDS[name]} (scatter of the seeds {frontier.band(grains, name):.1%})", *words, sep="\n  ")
+        if fine:
+            figures.append((f"Numerical error alone: {WORDS[name]}", [], chart.draw_numerical(points, name, out / f"numerical_{name}")))
+    columns = ["key", "engine", "series", "label", "status", "cost", *(f"error_{name}" for name in WORDS), "message", "command"]
+    page.write(out / "frontier.html", f"Speed against accuracy: {scene['title']}", origin, figures,
+               {"Every point": points[columns].sort_values("cost")})
+    print(out / "frontier.html")
+    return 0

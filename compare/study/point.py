@@ -1,0 +1,56 @@
+"""One point of a study: runs a recipe and keeps its signature, or how it failed.
+
+    python3 -m compare.study.point CONFIG KEY -o POINT.json
+
+A failure of the engine is a result like any other: the program fails itself only when it cannot run the recipe at all.
+"""
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from compare.report import write_atomically
+from compare.runs import open_run
+from compare.study.failure import TIMEOUT, classify
+from compare.study.recipe import Recipe
+from compare.study.signature import compact
+
+
+def measure(scene: Path, recipe: Recipe) -> dict:
+    """The recipe's signature, or its failure: class, message and the processor seconds it had taken."""
+    def limited():
+        resource.setrlimit(resource.RLIMIT_CPU, (int(recipe.timeout) + 1, int(recipe.timeout) + 5))
+
+    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+        result = Path(folder) / "run.h5"
+        done = subprocess.run(recipe.words(scene, result), capture_output=True, text=True, preexec_fn=limited, check=False,
+                              env=os.environ | {"OMP_NUM_THREADS": "1"})
+        if done.returncode == 0:
+            return {"status": "ok"} | compact(open_run(result))
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = usage.ru_utime + usage.ru_stime
+    if done.returncode < 0 or "code -24" in done.stderr:  # SIGXCPU, of the program or of a process of its own
+        return {"status": TIMEOUT, "message": f"stopped after {spent:.0f} s of processor time", "cpu_seconds": spent}
+    line = (done.stderr.strip().splitlines() or [f"ended with code {done.returncode} and no word"])[-1]
+    return {"status": classify(line), "message": line, "cpu_seconds": spent}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="compare.study.point", description=__doc__.splitlines()[0])
+    parser.add_argument("config", type=Path)
+    parser.add_argument("key")
+    parser.add_argument("-o", "--out", type=Path, required=True)
+    options = parser.parse_args()
+    config = json.loads(options.config.read_text())
+    recipe = Recipe.of(config["recipes"][options.key])
+    write_atomically(options.out, json.dumps({"recipe": recipe.as_json()} | measure(Path(config["case"]), recipe)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,101 @@
+"""Recipes: an engine and what it is told beside the case. A study's recipes stand in cases/<case>/study.toml."""
+
+import hashlib
+import itertools
+import json
+import tomllib
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+
+from compare import case
+from compare.errors import CaseError
+from compare.programs import ROOT, program
+
+DEM_SOURCES = sorted((ROOT / "dem_reference").glob("*.py")) + sorted((ROOT / "dem_reference" / "scripts").glob("*.in"))
+
+
+@dataclass(frozen=True)
+class Recipe:
+    engine: str  # mpm | dem
+    sets: tuple[str, ...] = ()  # "key=value", as --set takes them
+    series: str = ""  # what the recipe varies, in words
+    timeout: float = 600.0  # processor seconds
+    seed: int = 1
+
+    def __getitem__(self, key: str) -> str | None:
+        """The value the recipe gives to a key of the case, if it does."""
+        return next((word.split("=", 1)[1] for word in reversed(self.sets) if word.split("=", 1)[0] == key), None)
+
+    @property
+    def label(self) -> str:
+        return ", ".join(word.split(".", 1)[1].replace("_", " ").replace("=", " ") for word in self.sets) or "as the case says"
+
+    def words(self, scene: Path, result: str | Path) -> list[str]:
+        """The command line that runs it."""
+        engine = [str(program("mpm_run"))] if self.engine == "mpm" else ["/usr/bin/python3", "-m", "dem_reference.run"]
+        sets = [word for assignment in self.sets for word in ("--set", assignment)]
+        return [*engine, str(scene), *sets, "--seed", str(self.seed), "--quiet", "-o", str(result)]
+
+    def command(self, scene: Path) -> str:
+        """The same as a user types it in the project's folder."""
+        words = self.words(scene, f"{self.engine}.h5")
+        words[0] = "build/release/mpm_run" if self.engine == "mpm" else words[0]
+        return " ".join(words)
+
+    def key(self, scene: case.Case) -> str:
+        """Name of its result: a hash of all that decides it, the engine's program included."""
+        others = {"mpm": ("dem", "compare"), "dem": ("mpm", "material", "compare")}[self.engine]
+        read = {name: table for name, table in scene.values.items() if name not in others}
+        text = json.dumps([self.engine, self.sets, self.timeout, self.seed, read], sort_keys=True)
+        return f"{self.engine}-{hashlib.sha256(text.encode() + engine_digest(self.engine)).hexdigest()[:14]}"
+
+    def as_json(self) -> dict:
+        return asdict(self)
+
+    @classmethod
+    def of(cls, values: dict) -> "Recipe":
+        return cls(**values | {"sets": tuple(values["sets"])})
+
+
+@cache
+def engine_digest(engine: str) -> bytes:
+    files = [program("mpm_run")] if engine == "mpm" else DEM_SOURCES
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).digest()
+
+
+def study(scene: case.Case, name: str) -> dict:
+    """The table [<name>] of the case's study.toml. Raises CaseError when there is none."""
+    file = scene.path.with_name("study.toml")
+    if not file.exists():
+        raise CaseError(f"{file}: no such file (it holds the recipes of the case's studies) see cases/column_small/study.toml")
+    try:
+        table = tomllib.loads(file.read_text()).get(name)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"{file}: {error}") from error
+    if table is None:
+        raise CaseError(f"{file}: has no table [{name}] (the recipes of this study)")
+    return table
+
+
+def expand(series: dict, timeout: float) -> list[Recipe]:
+    """The recipes of one [[…series]]: every combination of the values of `vary`, each with the assignments of `set`."""
+    keys, values = list(series.get("vary", {})), list(series.get("vary", {}).values())
+    fixed = [assignment(key, value) for key, value in series.get("set", {}).items()]
+    recipes = []
+    for chosen in itertools.product(*values):
+        varied = [assignment(key, value) for key, value in zip(keys, chosen)]
+        recipes.append(Recipe(series["engine"], tuple(fixed + varied), series["name"], series.get("timeout", timeout)))
+    return recipes
+
+
+def assignment(key: str, value) -> str:
+    return f"{key}={str(value).lower() if isinstance(value, bool) else f'{value:g}' if isinstance(value, float) else value}"
+
+
+def unique(recipes: list[Recipe]) -> list[Recipe]:
+    """Without those that ask for what an earlier one asks for."""
+    seen = {}
+    for recipe in recipes:
+        seen.setdefault((recipe.engine, frozenset(recipe.sets), recipe.seed), recipe)
+    return list(seen.values())

@@ -1,0 +1,79 @@
+"""What studies keep of a run: its final distribution of mass along x and its energy histories, small enough for a text file.
+
+A signature expands to a Run again, so that the metrics are those of every other comparison.
+"""
+
+import numpy as np
+
+from compare.case import Case
+from compare.comparison import pair
+from compare.metrics import all_metrics
+from compare.runs import Cloud, Run
+
+LEVELS = np.arange(1, 1025) / 1024  # of the quantile function of mass; 1024: no metric's own level falls on a boundary
+INTERVAL = 0.02  # of the histories [sqrt(H/g)]
+HISTORY = ("kinetic", "potential", "dissipated", "dissipated_collisional", "dissipated_short", "unaccounted")
+WORDS = {"run_out": "run-out", "deposit": "deposit (Wasserstein distance along x)", "kinetic": "kinetic energy over time",
+         "dissipation": "split of the dissipation", "combined": "combined (root mean square of the four)"}
+
+
+def compact(run: Run) -> dict:
+    """x_k [m], the x within which the share LEVELS[k] of the final mass lies; histories [J] every INTERVAL; the run's cost."""
+    cloud, tau = run.clouds[-1], run.energy_tau()
+    order = np.argsort(cloud.x[:, 0], kind="stable")
+    shares = np.cumsum(cloud.mass[order]) / cloud.mass.sum()
+    x = cloud.x[order, 0][np.searchsorted(shares, LEVELS - 1e-12).clip(0, len(order) - 1)]
+    times = np.append(np.arange(0.0, tau[-1], INTERVAL), tau[-1])
+    steps, cpu = run.attributes["steps"], run.attributes.get("cpu_seconds_collapse", run.attributes["cpu_seconds"])
+    history = {name: np.interp(times, tau, run.energy[name]) for name in HISTORY if name in run.energy}
+    return {"engine": run.engine, "seed": int(run.attributes["seed"]), "mass": float(run.mass), "x": digits(x),
+            "tau": digits(times), **{name: digits(values) for name, values in history.items()}, "steps": int(steps),
+            "cpu_seconds": float(cpu), "cpu_seconds_packing": float(run.attributes.get("cpu_seconds_packing", 0.0)),
+            "end_reason": str(run.attributes["end_reason"])}
+
+
+def digits(values) -> list[float]:
+    return [float(f"{value:.5g}") for value in values]
+
+
+def expand(signature: dict, scene: Case) -> Run:
+    """The run of a signature, of the scene `scene`: one cloud, the last, of equal masses along x."""
+    x = np.zeros((len(LEVELS), 3))
+    x[:, 0] = signature["x"]
+    mass = np.full(len(LEVELS), signature["mass"] / len(LEVELS))
+    scale = np.sqrt(scene["geometry.height"] / scene["geometry.gravity"])
+    energy = {name: np.array(signature[name]) for name in HISTORY if name in signature}
+    energy["time"] = scale * np.array(signature["tau"])
+    return Run(signature["engine"], signature["engine"], scene, energy["time"][-1:],
+               [Cloud(x, np.zeros_like(x), mass, mass / scene["grains.density"])], energy, signature)
+
+
+def cost(signature: dict) -> float:
+    """Processor seconds per sqrt(H/g) simulated; the grains' packing is not in it."""
+    return signature["cpu_seconds"] / signature["tau"][-1]
+
+
+def mean(signatures: list[dict], scene: Case) -> dict:
+    """The mean of an ensemble: of the quantile functions (the barycentre in Wasserstein's distance) and of the histories
+    scaled to one mass."""
+    runs = [expand(signature, scene) for signature in signatures]
+    pair([], runs)
+    tau = max((signature["tau"] for signature in signatures), key=lambda times: times[-1])
+    history = {name: digits(np.mean([np.interp(tau, run.energy_tau(), run.joules(name)) for run in runs], axis=0))
+               for name in HISTORY if all(name in run.energy for run in runs)}
+    return signatures[0] | history | {"tau": tau, "x": digits(np.mean([signature["x"] for signature in signatures], axis=0))}
+
+
+def errors(signature: dict, reference: dict, scene: Case) -> dict[str, float]:
+    """How far a run is from a reference, each relative: the run-out to the final length, the deposit to L0, the kinetic energy
+    to the area under the reference's, the dissipation to the energy it releases; and their root mean square."""
+    run, other = expand(signature, scene), expand(reference, scene)
+    pair([run], [other])
+    metrics = all_metrics()
+    run_out = metrics["run_out"]
+    found = {"run_out": abs(run_out(run) - run_out(other)) / (1.0 + run_out(other)),
+             "deposit": metrics["wasserstein_x"](run, other),
+             "kinetic": metrics["kinetic_energy_distance"](run, other),
+             "dissipation": metrics["dissipation_split"](run, other)}
+    return {name: float(value) for name, value in found.items()} | {
+        "combined": float(np.sqrt(np.mean(np.square(list(found.values())))))}
