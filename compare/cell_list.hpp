@@ -1,5 +1,5 @@
-// Cell list: the points within a cutoff of a position, in fixed order. Directions follow
-// SampleGrid; periodic where the grid is.
+// Cell list: points sorted into bins, so that those near a position lie in a few runs of memory, in
+// fixed order. Directions follow SampleGrid; periodic where the grid is.
 #pragma once
 
 #include <numeric>
@@ -15,31 +15,40 @@ class CellList {
 
   CellList(const std::vector<Vec3>& positions, const SampleGrid<D>& grid, double cutoff)
       : cutoff_(cutoff) {
-    x_.reserve(positions.size());
-    for (const auto& r : positions) x_.push_back(grid.project(r));
-    lower_ = x_.empty() ? Point::Zero().eval() : x_.front();
+    lower_ = positions.empty() ? Point::Zero().eval() : grid.project(positions.front());
     Point upper = lower_;
-    for (const auto& r : x_) lower_ = lower_.cwiseMin(r), upper = upper.cwiseMax(r);
+    for (const auto& x : positions)
+      lower_ = lower_.cwiseMin(grid.project(x)), upper = upper.cwiseMax(grid.project(x));
+    const double least = 0.5 * cutoff;  // side of a bin: small ones leave fewer points in vain
     for (int a = 0; a < D; ++a) {
       period_[a] = grid.low_edge[a] == Edge::periodic ? grid.cells[a] * grid.spacing[a] : 0.0;
-      bins_[a] = std::max(1, static_cast<int>((upper[a] - lower_[a]) / cutoff));
-      side_[a] = std::max(cutoff, (upper[a] - lower_[a]) / bins_[a] * (1.0 + 1e-12));
+      bins_[a] = std::max(1, static_cast<int>((upper[a] - lower_[a]) / least));
+      side_[a] = std::max(least, (upper[a] - lower_[a]) / bins_[a] * (1.0 + 1e-12));
     }
     begin_.assign(static_cast<std::size_t>(
                       std::accumulate(bins_.begin(), bins_.end(), 1, std::multiplies<>())) +
                       1,
                   0);
-    for (const auto& r : x_) ++begin_[bin(r) + 1];
+    for (const auto& x : positions) ++begin_[bin(grid.project(x)) + 1];
     std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-    order_.resize(x_.size());
+    order_.resize(positions.size());
     auto next = begin_;
-    for (std::size_t p = 0; p < x_.size(); ++p) order_[next[bin(x_[p])]++] = p;
+    for (std::size_t p = 0; p < positions.size(); ++p)
+      order_[next[bin(grid.project(positions[p]))]++] = p;
+    for (int a = 0; a < D; ++a)
+      for (const std::size_t p : order_) x_[a].push_back(grid.project(positions[p])[a]);
   }
 
-  /// visit(q, squared distance) for every point q within the cutoff of point p, p itself and
-  /// periodic images included.
+  /// The points in the list's order, and their coordinate along grid axis `a`.
+  const std::vector<std::size_t>& order() const { return order_; }
+  const std::vector<double>& coordinate(int a) const { return x_[a]; }
+
+  /// visit(r, begin, end) for runs of the order that together hold every point within the cutoff of
+  /// r, where r is the i-th point of the order or a periodic image of it.
   template <class Visit>
-  void neighbours(std::size_t p, Visit visit) const {
+  void runs(std::size_t i, Visit visit) const {
+    Point r;
+    for (int a = 0; a < D; ++a) r[a] = x_[a][i];
     // Images within reach: those shifts that bring p's ball onto the box of the points.
     std::array<int, 3> reach{0, 0, 0};
     for (int a = 0; a < D; ++a)
@@ -51,7 +60,7 @@ class CellList {
           shift[0] = i0 * period_[0];
           if constexpr (D > 1) shift[1] = i1 * period_[1];
           if constexpr (D > 2) shift[2] = i2 * period_[2];
-          near(x_[p] + shift, visit);
+          near(r + shift, visit);
         }
   }
 
@@ -76,20 +85,16 @@ class CellList {
     }
     const auto at = [&](int a) { return a < D ? static_cast<std::size_t>(bins_[a]) : 1; };
     for (int k2 = lo[2]; k2 <= hi[2]; ++k2)
-      for (int k1 = lo[1]; k1 <= hi[1]; ++k1)
-        for (int k0 = lo[0]; k0 <= hi[0]; ++k0) {
-          const std::size_t k =
-              (static_cast<std::size_t>(k2) * at(1) + static_cast<std::size_t>(k1)) * at(0) +
-              static_cast<std::size_t>(k0);
-          for (std::size_t i = begin_[k]; i < begin_[k + 1]; ++i) {
-            const double r2 = (x_[order_[i]] - r).squaredNorm();
-            if (r2 < cutoff_ * cutoff_) visit(order_[i], r2);
-          }
-        }
+      for (int k1 = lo[1]; k1 <= hi[1]; ++k1) {
+        const std::size_t row =
+            (static_cast<std::size_t>(k2) * at(1) + static_cast<std::size_t>(k1)) * at(0);
+        visit(r, begin_[row + static_cast<std::size_t>(lo[0])],
+              begin_[row + static_cast<std::size_t>(hi[0]) + 1]);
+      }
   }
 
   double cutoff_;
-  std::vector<Point> x_;
+  std::array<std::vector<double>, D> x_;
   Point lower_;
   std::array<double, D> side_, period_;
   std::array<int, D> bins_;

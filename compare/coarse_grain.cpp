@@ -49,6 +49,14 @@ struct AffineFit {
       nan;  // weighted mean square of the residual, unbiased; sum over the three components
 };
 
+/// What a fit about one cell is made from: weight, position relative to the cell, and the vector.
+template <int D>
+struct Sample {
+  double w;
+  Eigen::Matrix<double, D, 1> x;
+  Vec3 v;
+};
+
 /// For independent fluctuations of variance s2 per component the weighted residual sum of squares
 /// has the mean
 ///   s2 (S - tr(A^-1 B)),   S = sum w,  A = sum w X X^T,  B = sum w^2 X X^T,  X = (1, x - xbar),
@@ -56,29 +64,23 @@ struct AffineFit {
 /// the velocity gradient's w^2 G:G. Where the points do not span D directions no fit exists and the
 /// result stays NaN.
 template <int D>
-AffineFit<D> affine_fit(std::span<const Weight> row, auto weight, auto offset, auto vector) {
+AffineFit<D> affine_fit(std::span<const Sample<D>> samples) {
   using Point = Eigen::Matrix<double, D, 1>;
   AffineFit<D> fit;
-  double S = 0.0;
+  double S = 0.0, S2 = 0.0;
   Point xbar = Point::Zero();
   Vec3 U = Vec3::Zero();
-  for (const auto& e : row) {
-    const double w = weight(e);
-    S += w, xbar += w * offset(e), U += w * vector(e);
-  }
+  for (const auto& [w, x, v] : samples) S += w, S2 += w * w, xbar += w * x, U += w * v;
   if (!(S > 0.0)) return fit;
   xbar /= S, U /= S;
   fit.mean = U;
 
   Eigen::Matrix<double, D, D> A = Eigen::Matrix<double, D, D>::Zero(), B = A;
   Eigen::Matrix<double, 3, D> K = Eigen::Matrix<double, 3, D>::Zero();
-  double S2 = 0.0;
-  for (const auto& e : row) {
-    const double w = weight(e);
-    const Point x = offset(e) - xbar;
-    const Eigen::Matrix<double, D, D> xx = x * x.transpose();
-    A += w * xx, B += w * w * xx, S2 += w * w;
-    K += w * (vector(e) - U) * x.transpose();
+  for (const auto& [w, x, v] : samples) {
+    const Point X = x - xbar, wX = w * X;
+    A += wX * X.transpose(), B += wX * wX.transpose();
+    K += (v - U) * wX.transpose();
   }
   const Eigen::LDLT<Eigen::Matrix<double, D, D>> ldlt(A);
   const auto pivots = ldlt.vectorD();
@@ -88,8 +90,8 @@ AffineFit<D> affine_fit(std::span<const Weight> row, auto weight, auto offset, a
   const double freedom = S - S2 / S - ldlt.solve(B).trace();
   if (freedom < 0.05 * S) return fit;  // fewer independent points than the fit has constants
   double rest = 0.0;
-  for (const auto& e : row)
-    rest += weight(e) * (vector(e) - U - fit.gradient * (offset(e) - xbar)).squaredNorm();
+  for (const auto& [w, x, v] : samples)
+    rest += w * (v - U - fit.gradient * (x - xbar)).squaredNorm();
   fit.variance = rest / freedom;
   return fit;
 }
@@ -103,17 +105,35 @@ template <int D, class K>
 std::vector<double> two_step_fluctuation(const Cloud& cloud, const SampleGrid<D>& grid,
                                          const K& kernel) {
   const CellList<D> cells(cloud.x, grid, kernel.cutoff());
+  const auto& order = cells.order();
+  std::vector<double> mass;
+  std::array<std::vector<double>, 3> v;
+  for (const std::size_t p : order) {
+    mass.push_back(cloud.mass[p]);
+    for (std::size_t a = 0; a < 3; ++a) v[a].push_back(cloud.v[p][static_cast<Eigen::Index>(a)]);
+  }
   std::vector<double> out(cloud.size(), nan);
+  const double c2 = kernel.cutoff() * kernel.cutoff();
 #pragma omp parallel for schedule(dynamic, 256)
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    double S = 0.0, S2 = 0.0;
-    Vec3 V = Vec3::Zero();
-    cells.neighbours(i, [&](std::size_t j, double r2) {
-      const double w = cloud.mass[j] * kernel.at(r2);
-      S += w, S2 += w * w, V += w * cloud.v[j];
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    double S = 0.0, S2 = 0.0, Vx = 0.0, Vy = 0.0, Vz = 0.0;
+    const K phi = kernel;
+    cells.runs(i, [&](const auto& r, std::size_t begin, std::size_t end) {
+      std::array<const double*, D> x;
+      for (int a = 0; a < D; ++a) x[a] = cells.coordinate(a).data();
+      const double *m = mass.data(), *vx = v[0].data(), *vy = v[1].data(), *vz = v[2].data();
+#pragma omp simd reduction(+ : S, S2, Vx, Vy, Vz)
+      for (std::size_t j = begin; j < end; ++j) {
+        double r2 = 0.0;
+        for (int a = 0; a < D; ++a) r2 += (x[a][j] - r[a]) * (x[a][j] - r[a]);
+        const bool inside = r2 < c2;
+        const double value = m[j] * phi.at(inside ? r2 : c2), w = inside ? value : 0.0;
+        S += w, S2 += w * w, Vx += w * vx[j], Vy += w * vy[j], Vz += w * vz[j];
+      }
     });
-    const double c = 1.0 - 2.0 * cloud.mass[i] * kernel.at(0.0) / S + S2 / (S * S);
-    if (c > 0.05) out[i] = (cloud.v[i] - V / S).squaredNorm() / c;
+    const double c = 1.0 - 2.0 * mass[i] * kernel.at(0.0) / S + S2 / (S * S);
+    const Vec3 V(Vx / S, Vy / S, Vz / S);
+    if (c > 0.05) out[order[i]] = (cloud.v[order[i]] - V).squaredNorm() / c;
   }
   return out;
 }
@@ -141,19 +161,26 @@ class Mapper {
  private:
   using Point = typename SampleGrid<D>::Point;
 
-  /// Position of an entry's point relative to the centre of cell k.
-  auto offset_from(std::size_t k) const {
+  /// The points about cell k with their `inertia` times weight and their `motion`; valid until the
+  /// thread asks again.
+  std::span<const Sample<D>> samples(const Stencils& points, std::size_t k,
+                                     const std::vector<double>& inertia,
+                                     const std::vector<Vec3>& motion) const {
+    thread_local std::vector<Sample<D>> out;
+    out.clear();
     Point r;
-    for (int a = 0; a < D; ++a) {
-      r[a] = grid_.centre(a, static_cast<int>(k % static_cast<std::size_t>(grid_.cells[a])));
-      k /= static_cast<std::size_t>(grid_.cells[a]);
+    for (std::size_t a = 0, rest = k; a < D; ++a) {
+      const auto n = static_cast<std::size_t>(grid_.cells[a]);
+      r[a] = grid_.centre(static_cast<int>(a), static_cast<int>(rest % n));
+      rest /= n;
     }
-    return [this, r](const Weight& e) -> Point {
+    for (const Weight& e : points.of_cell(k)) {
       Point x = grid_.project(cloud_.x[e.item]) - r;
       for (int a = 0; a < D; ++a)
         x[a] -= e.image[static_cast<std::size_t>(a)] * grid_.cells[a] * grid_.spacing[a];
-      return x;
-    };
+      out.push_back({inertia[e.item] * e.value, x, motion[e.item]});
+    }
+    return out;
   }
 
   void map_mass_and_motion(const Stencils& points) {
@@ -176,32 +203,24 @@ class Mapper {
                               "(sum m phi)^2 / sum (m phi)^2: points an average rests on");
 
     out_.for_cells([&](std::size_t k) {
-      const auto row = points.of_cell(k);
-      double rho2 = 0.0;
-      Vec3 rho_v = Vec3::Zero();
-      for (const auto& w : row) {
-        const double m = cloud_.mass[w.item] * w.value;
-        phi_s[k] += cloud_.solid_volume[w.item] * w.value;
-        density_[k] += m, rho2 += m * m;
-        rho_v += m * cloud_.v[w.item];
-      }
+      for (const auto& e : points.of_cell(k)) phi_s[k] += cloud_.solid_volume[e.item] * e.value;
       e[k] = phi_s[k] > 0.0 ? (1.0 - phi_s[k]) / phi_s[k] : nan;
+      const auto near = samples(points, k, cloud_.mass, cloud_.v);
+      double rho = 0.0, rho2 = 0.0;
+      Vec3 rho_v = Vec3::Zero();
+      for (const auto& [m, x, v] : near) rho += m, rho2 += m * m, rho_v += m * v;
+      density_[k] = rho;
       put(momentum, k, rho_v);
-      const Vec3 V = density_[k] > 0.0 ? Vec3(rho_v / density_[k]) : Vec3::Constant(nan);
+      const Vec3 V = rho > 0.0 ? Vec3(rho_v / rho) : Vec3::Constant(nan);
       put(velocity, k, V);
-      number[k] = rho2 > 0.0 ? density_[k] * density_[k] / rho2 : 0.0;
+      number[k] = rho2 > 0.0 ? rho * rho / rho2 : 0.0;
 
       Mat3 sigma_k = Mat3::Zero();
-      for (const auto& w : row) {
-        const Vec3 v = cloud_.v[w.item] - V;
-        sigma_k += cloud_.mass[w.item] * w.value * v * v.transpose();
-      }
+      for (const auto& [m, x, v] : near) sigma_k += m * (v - V) * (v - V).transpose();
       put(kinetic_, k, sigma_k);
-      one[k] = density_[k] > 0.0 ? sigma_k.trace() / (3.0 * density_[k]) : nan;
+      one[k] = rho > 0.0 ? sigma_k.trace() / (3.0 * rho) : nan;
 
-      const auto fit = affine_fit<D>(
-          row, [&](const Weight& w) { return cloud_.mass[w.item] * w.value; }, offset_from(k),
-          [&](const Weight& w) { return cloud_.v[w.item]; });
+      const auto fit = affine_fit<D>(near);
       T[k] = fit.variance / 3.0;
       Mat3 L = Mat3::Zero();
       for (int a = 0; a < D; ++a) L.col(SampleGrid<D>::direction(a)) = fit.gradient.col(a);
@@ -228,12 +247,10 @@ class Mapper {
         "rotational_temperature", "m2/s2", 1,
         "sum I |w'|^2 phi / (3 sum m phi), w' about the affine fit, corrected for self-inclusion");
     out_.for_cells([&](std::size_t k) {
-      const auto row = points.of_cell(k);
+      const auto near = samples(points, k, cloud_.inertia, cloud_.spin);
       double inertia = 0.0;
-      for (const auto& w : row) inertia += cloud_.inertia[w.item] * w.value;
-      const auto fit = affine_fit<D>(
-          row, [&](const Weight& w) { return cloud_.inertia[w.item] * w.value; }, offset_from(k),
-          [&](const Weight& w) { return cloud_.spin[w.item]; });
+      for (const auto& sample : near) inertia += sample.w;
+      const auto fit = affine_fit<D>(near);
       T[k] = density_[k] > 0.0 ? fit.variance * inertia / (3.0 * density_[k]) : nan;
     });
   }
