@@ -1,7 +1,7 @@
 """Many seeds of one case: their scatter is the noise floor of every comparison.
 
     python3 -m dem_reference.ensemble CASE [--seeds N] [--first N] [--set key=value]... [--jobs N] [--ranks N] [--profile DIR]
-                                      [--name NAME] [--table FILE]
+                                      [--name NAME] [--table FILE] [--dry-run]
 
 Snakemake runs the seeds, two at a time unless told otherwise, takes up again where it was stopped, and on a cluster
 hands each seed to the scheduler (`--profile dem_reference/slurm`). The table goes to cases/<case>/reference/<name>.csv
@@ -70,6 +70,7 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=2, help="seeds at a time (default 2)")
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of each")
     parser.add_argument("--profile", help="a Snakemake profile, such as dem_reference/slurm")
+    parser.add_argument("--dry-run", action="store_true", help="only show which seeds would run")
     parser.add_argument("--name", default="ensemble", help="name of the table and of the runs' folder (default ensemble)")
     parser.add_argument("--table", type=Path, help="file of the table (cases/<case>/reference/<name>.csv)")
     options = parser.parse_args()
@@ -87,12 +88,15 @@ def main() -> int:
     work.mkdir(parents=True, exist_ok=True)
     (work / "config.json").write_text(json.dumps(config, indent=1))
     words = ["snakemake", "-s", Path(__file__).with_name("Snakefile"), "--configfile", work / "config.json", "--directory", work,
-             "--rerun-incomplete", "--rerun-triggers", "mtime", "--keep-going", "--quiet", "all"]
+             "--rerun-incomplete", "--rerun-triggers", "mtime", "--keep-going"]
+    words += ["--dry-run"] if options.dry_run else ["--quiet", "all"]
     words += ["--profile", Path(options.profile).resolve()] if options.profile else ["--cores", str(options.jobs * options.ranks)]
     done = subprocess.run([str(word) for word in words], cwd=ROOT, check=False)
     if done.returncode:
         print(f"ensemble: not every seed came through (see {work}) run it again to take up the rest", file=sys.stderr)
         return 3
+    if options.dry_run:
+        return 0
     print(scatter(Path(config["table"])))
     return 0
 

@@ -1,5 +1,8 @@
 """Ensembles: tables that say where they come from, and an independent engine that agrees."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -41,3 +44,22 @@ def test_lammps_agrees_within_the_scatter_of_seeds(name):
     table = pd.read_csv(f"{REFERENCE}/second_opinion.csv", comment="#")
     ours, theirs = (table.loc[table["engine"] == engine, name] for engine in ("liggghts", "lammps"))
     assert stats.ttest_ind(ours, theirs, equal_var=False).pvalue > 0.01
+
+
+def test_the_cluster_profile_would_submit_one_job_per_seed(tmp_path):
+    table = tmp_path / "table.csv"
+    words = ["--seeds", "3", "--ranks", "2", "--profile", "dem_reference/slurm", "--name", "dry", "--table", table, "--dry-run"]
+    done = subprocess.run([sys.executable, "-m", "dem_reference.ensemble", "cases/column_ci", *words], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    said = done.stdout + done.stderr
+    assert [f"{seed}.h5" in said for seed in (1, 2, 3, 4)] == [True, True, True, False]
+    assert not table.exists()
+
+
+def test_a_table_of_other_seeds_is_not_taken_for_the_one_asked(tmp_path):
+    """A table that is there already, such as the committed one, must not stand for runs that are not."""
+    table = tmp_path / "table.csv"
+    table.write_text("seed\n1\n")
+    words = ["--seeds", "1", "--name", "stale", "--table", table, "--dry-run"]
+    done = subprocess.run([sys.executable, "-m", "dem_reference.ensemble", "cases/column_ci", *words], capture_output=True, text=True)
+    assert "1.h5" in done.stdout + done.stderr
