@@ -91,6 +91,36 @@ def dense_in_both(mpm: Run, dem: Run, i: int, k: int) -> np.ndarray:
     return (mpm.fields["solid_fraction"][i] > limit) & (dem.fields["solid_fraction"][k] > limit)
 
 
+def temperature(run: Run, frame: int) -> np.ndarray:
+    """Granular temperature (ny, nx) [m2/s2]: the material points' own, or the grains' measured one."""
+    own = "granular_temperature_state"
+    return run.fields[own if own in run.fields else "granular_temperature"][frame]
+
+
+def stress(run: Run, frame: int) -> np.ndarray:
+    """Stress (ny, nx, 3, 3) [Pa]: the material points' own, or the grains' contact and kinetic stress; NaN without contacts."""
+    if "stress_state" in run.fields:
+        return run.fields["stress_state"][frame]
+    kinetic = run.fields["kinetic_stress"][frame]
+    return kinetic + run.fields["contact_stress"][frame] if "contact_stress" in run.fields else np.full_like(kinetic, np.nan)
+
+
+def masked_error(mpm: Run, dem: Run, field) -> float:
+    """Root of sum rho |a - b|^2 over sum rho |b|^2, a = field(mpm, frame) and b = field(dem, frame) of shape (ny, nx, ...).
+
+    rho is the grains' density; over all common instants and the cells where both engines have more than half of the
+    bulk's solid fraction and both values are defined. NaN where no such cell is left or b vanishes.
+    """
+    difference = reference = 0.0
+    for i, k in common_frames(mpm, dem):
+        mask = dense_in_both(mpm, dem, i, k)
+        a, b = (field(run, frame)[mask].reshape(mask.sum(), -1) for run, frame in ((mpm, i), (dem, k)))
+        rho, known = dem.fields["density"][k][mask], np.isfinite(a + b).all(axis=1)
+        difference += float(np.sum(rho[known] * ((a - b)[known] ** 2).sum(axis=1)))
+        reference += float(np.sum(rho[known] * (b[known] ** 2).sum(axis=1)))
+    return float(np.sqrt(difference / reference)) if reference > 0.0 else float("nan")
+
+
 def example_run(*, x=None, v=None, time=(0.0,), energy=None, solid_fraction=None, spacing=1.0, engine="dem", **fields):
     """A run made of arrays, for the examples of metrics: H = L0 = g = 1, d = 0.1, e0 = 1, points of mass 1.
 

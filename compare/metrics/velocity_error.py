@@ -1,20 +1,12 @@
-import numpy as np
-
 from compare.metrics import metric
-from compare.reductions import common_frames, dense_in_both, example_run
+from compare.reductions import example_run, masked_error
 
 
 @metric(unit="-", source="mass-weighted relative L2 norm in a mask", of_pair=True)
 def velocity_error(mpm, dem):
     """Root of sum rho |V_mpm - V_dem|^2 over sum rho |V_dem|^2, with the grains' density, over all common instants and
     the cells where both have more than half of the bulk's solid fraction."""
-    difference = reference = 0.0
-    for i, k in common_frames(mpm, dem):
-        mask = dense_in_both(mpm, dem, i, k)
-        rho, a, b = dem.fields["density"][k][mask], mpm.fields["velocity"][i][mask], dem.fields["velocity"][k][mask]
-        difference += float(np.sum(rho[:, None] * (a - b) ** 2))
-        reference += float(np.sum(rho[:, None] * b**2))
-    return float(np.sqrt(difference / reference)) if reference > 0.0 else float("nan")
+    return masked_error(mpm, dem, lambda run, frame: run.fields["velocity"][frame])
 
 
 def example():
