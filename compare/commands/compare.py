@@ -5,9 +5,10 @@ jitter) make it an ensemble, whose scatter the verdicts use. With --dump the gra
 LIGGGHTS or LAMMPS dumps instead, of a scene that --case describes.
 """
 
+import sys
 from pathlib import Path
 
-from compare import case, comparison, controls, dumps, report
+from compare import case, comparison, controls, dumps, report, verdict_table
 from compare.errors import CaseError
 from compare.runs import open_run
 
@@ -23,6 +24,7 @@ def arguments(parser):
                         help="map the grains with a range of widths too, and show what each field makes of it")
     parser.add_argument("--controls", action="store_true",
                         help="also run the negative controls that a folder lacks: over-frictional continuum, other column")
+    parser.add_argument("--table", type=Path, metavar="FILE", help="also keep the verdicts as CSV; with one RUN")
     parser.add_argument("--dump", nargs="+", type=Path, metavar="FILE", help="dumps to make dem.h5 of, in any order")
     parser.add_argument("--case", type=Path, help="case file of the dumped grains")
     parser.add_argument("--time-step", type=float, metavar="S", help="time step of the dumped run [s]")
@@ -35,6 +37,8 @@ def run(options) -> int:
             raise CaseError("grainpair compare: --dump needs one RUN, --case and --time-step")
         options.runs[0].mkdir(parents=True, exist_ok=True)
         dumps.convert(options.dump, case.load(options.case), options.time_step, options.runs[0] / "dem.h5")
+    if options.table and len(options.runs) != 1:
+        raise CaseError("grainpair compare: --table needs one RUN")
     mapping = [word for key in ("width", "kernel", "spacing") if (value := getattr(options, key))
                for word in (f"--{key}", str(value))]
     for folder in options.runs:
@@ -44,6 +48,9 @@ def run(options) -> int:
         say = (lambda fraction, text: None) if options.quiet else \
             (lambda fraction, text, name=folder: print(f"{name}: {100 * fraction:.0f} % {text}", flush=True))
         metrics = report.compare(folder, mapping, say, WIDTHS if options.width_study else ())
+        if options.table:
+            runs = [open_run(path) for files in comparison.run_files(folder) for path in files]
+            verdict_table.write(metrics, runs, options.table, " ".join(["./grainpair", *sys.argv[1:]]))
         print(f"{folder}: {metrics['verdict']['value']}")
         print(folder / "report.html")
     return 0

@@ -5,6 +5,7 @@ import re
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from synthetic import write_pair, write_run
 
@@ -17,7 +18,8 @@ def folder(tmp_path_factory):
     """A pair whose grains spread 1.05 times as far, weigh 1.7/1.72 as much and dissipate the same share."""
     folder = write_pair(tmp_path_factory.mktemp("pair"), mpm={"frames": 11}, dem={"frames": 11, "stretch": 2.1,
                                                                                   "void_ratio": 0.72})
-    assert cli.main(["compare", str(folder), "--width-study", "--quiet"]) == 0
+    words = ["--width-study", "--quiet", "--table", str(folder.parent / "kept" / "verdicts.csv")]
+    assert cli.main(["compare", str(folder), *words]) == 0
     return folder
 
 
@@ -34,6 +36,17 @@ def test_the_folder_holds_what_it_should(folder):
         assert (folder / "figures" / f"{name}.png").stat().st_size > 0
     assert {"surface_profiles", "map_void_ratio", "map_granular_temperature", "map_speed", "energies",
             "energy_budget", "width_study"} <= names
+
+
+def test_the_kept_table_is_what_the_metrics_say(folder, metrics):
+    path = folder.parent / "kept" / "verdicts.csv"
+    table = pd.read_csv(path, comment="#").set_index("metric")
+    assert set(table.index) == {name for name, entry in metrics.items() if "verdict" in entry}
+    for name, row in table.iterrows():
+        entry = metrics[name]
+        assert row["verdict"] == entry["verdict"] and row["shuffled"] == metrics["control_shuffled"]["words"][name]
+        assert row["difference"] == pytest.approx(entry.get("difference", entry.get("value")), rel=1e-3)
+    assert "control_shuffled " + metrics["control_shuffled"]["value"] in path.read_text()
 
 
 def test_masses_are_equal_after_pairing(metrics):
