@@ -3,12 +3,12 @@
 CLASSES = (  # class, words of the line
     ("not a number", ("not finite",)),
     ("energy growth", ("energy grew",)),
-    ("energy drift", ("energy drifted",)),
     ("ejected points", ("left the grid", "too fast")),
     ("inverted volume", ("volume inverted",)),
     ("lost grains", ("lost",)),
     ("refused", ("contact limit", "at least 10 resolve")),
 )
+DRIFT = "energy drift"  # a warning, of a run that ended well
 TIMEOUT, OTHER = "timeout", "engine failure"
 
 

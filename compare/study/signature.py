@@ -10,8 +10,8 @@ from compare.comparison import pair
 from compare.metrics import all_metrics
 from compare.runs import Cloud, Run
 
-LEVELS = np.arange(1, 1025) / 1024  # of the quantile function of mass; 1024: no metric's own level falls on a boundary
-INTERVAL = 0.02  # of the histories [sqrt(H/g)]
+LEVELS = np.arange(1, 513) / 512  # of the quantile function of mass; 512: no metric's own level falls on a boundary
+INTERVAL = 0.05  # of the histories [sqrt(H/g)]
 HISTORY = ("kinetic", "potential", "dissipated", "dissipated_collisional", "dissipated_short", "unaccounted")
 WORDS = {"run_out": "run-out", "deposit": "deposit (Wasserstein distance along x)", "kinetic": "kinetic energy over time",
          "dissipation": "split of the dissipation", "combined": "combined (root mean square of the four)"}
@@ -29,18 +29,19 @@ def compact(run: Run) -> dict:
     return {"engine": run.engine, "seed": int(run.attributes["seed"]), "mass": float(run.mass), "x": digits(x),
             "tau": digits(times), **{name: digits(values) for name, values in history.items()}, "steps": int(steps),
             "cpu_seconds": float(cpu), "cpu_seconds_packing": float(run.attributes.get("cpu_seconds_packing", 0.0)),
-            "end_reason": str(run.attributes["end_reason"])}
+            "end_reason": str(run.attributes["end_reason"]), "warnings": str(run.attributes.get("warnings", "none"))}
 
 
 def digits(values) -> list[float]:
-    return [float(f"{value:.5g}") for value in values]
+    return [float(f"{value:.4g}") for value in values]
 
 
 def expand(signature: dict, scene: Case) -> Run:
     """The run of a signature, of the scene `scene`: one cloud, the last, of equal masses along x."""
-    x = np.zeros((len(LEVELS), 3))
+    count = len(signature["x"])
+    x = np.zeros((count, 3))
     x[:, 0] = signature["x"]
-    mass = np.full(len(LEVELS), signature["mass"] / len(LEVELS))
+    mass = np.full(count, signature["mass"] / count)
     scale = np.sqrt(scene["geometry.height"] / scene["geometry.gravity"])
     energy = {name: np.array(signature[name]) for name in HISTORY if name in signature}
     energy["time"] = scale * np.array(signature["tau"])

@@ -1,0 +1,175 @@
+"""Studies: recipes, signatures, fronts, boundaries, ladders; and the smallest of each, whose main conclusion must hold."""
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from compare import case, verdict
+from compare.errors import CaseError
+from compare.metrics import all_metrics
+from compare.programs import ROOT
+from compare.reductions import example_run
+from compare.study import atlas, boundary, failure, frontier, ladder, recipe, signature, sweep
+
+CI = ROOT / "cases" / "column_ci"
+
+
+def launch(*words) -> subprocess.CompletedProcess:
+    return subprocess.run([sys.executable, "-m", "compare.cli", *map(str, words)], cwd=ROOT, capture_output=True, text=True, timeout=900)
+
+
+def made_of(x, kinetic=(0.0, 1.0, 0.0)):
+    """A signature of points at x, with the given kinetic energy at 0, 1, 2 sqrt(H/g)."""
+    energy = {"time": [0.0, 1.0, 2.0], "kinetic": kinetic, "potential": [2.0, 1.5, 1.0], "dissipated": [0.0, 0.5, 1.0],
+              "unaccounted": [0.0, 0.0, 0.0]}
+    places = np.zeros((1, len(x), 3))
+    places[0, :, 0] = x
+    run = example_run(x=places, energy=energy)
+    run.attributes |= {"steps": 10, "end_reason": "rest", "seed": 1}
+    return signature.compact(run), run
+
+
+def test_a_signature_gives_the_metrics_of_its_run():
+    random = np.random.default_rng(1)
+    (a, run), (b, other) = (made_of(random.gamma(3.0, size=5000), kinetic=(0.0, peak, 0.0)) for peak in (1.0, 2.0))
+    for name in ("run_out", "wasserstein_x", "kinetic_energy_distance"):
+        metric = all_metrics()[name]
+        runs, copies = [run, other], [signature.expand(one, run.case) for one in (a, b)]
+        exact, kept = (metric(*group) if metric.of_pair else metric(group[0]) for group in (runs, copies))
+        assert kept == pytest.approx(exact, abs=2e-3)  # 1024 quantiles: the tail between two of them is 1e-3 of the mass
+
+
+def test_the_mean_of_an_ensemble_lies_halfway():
+    (a, run), (b, _) = made_of(np.linspace(0.0, 1.0, 100)), made_of(np.linspace(1.0, 2.0, 100), kinetic=(0.0, 3.0, 0.0))
+    middle = signature.mean([a, b], run.case)
+    assert signature.errors(a, middle, run.case)["deposit"] == pytest.approx(0.5, rel=1e-3)
+    assert max(middle["kinetic"]) == pytest.approx(2.0)
+
+
+def test_series_are_every_combination_and_recipes_are_told_apart_by_what_the_engine_reads():
+    series = {"name": "s", "engine": "mpm", "set": {"a.b": 1}, "vary": {"c.d": [0.5, 1e-3], "e.f": ["x", True]}}
+    sets = [one.sets for one in recipe.expand(series, 10.0)]
+    assert sets == [("a.b=1", "c.d=0.5", "e.f=x"), ("a.b=1", "c.d=0.5", "e.f=true"), ("a.b=1", "c.d=0.001", "e.f=x"),
+                    ("a.b=1", "c.d=0.001", "e.f=true")]
+    plain, changed = case.load(CI), case.load(CI, ["dem.audit_interval=7"])
+    assert recipe.Recipe("mpm").key(plain) == recipe.Recipe("mpm").key(changed)
+    assert recipe.Recipe("dem").key(plain) != recipe.Recipe("dem").key(changed)
+
+
+def test_the_front_holds_what_nothing_beats_in_both():
+    assert frontier.front(np.array([1.0, 2.0, 3.0, 4.0]), np.array([0.5, 0.6, 0.2, 0.2])).tolist() == [0, 2]
+
+
+def test_a_boundary_is_bracketed_and_its_absence_said():
+    runs, good, bad = boundary.bisect(lambda value: {"status": "ok" if value < 2.0 else "energy growth"}, 0.5, 8.0, 1.1)
+    assert good < 2.0 <= bad and bad / good <= 1.1 and len(runs) == 7
+    assert boundary.bisect(lambda value: {"status": "ok"}, 1.0, 4.0)[1:] == (4.0, math.inf)
+    assert math.isnan(boundary.bisect(lambda value: {"status": "timeout"}, 1.0, 4.0)[1])
+
+
+def test_a_ladder_stops_where_two_rungs_in_a_row_agree():
+    rungs = [(str(i), recipe.Recipe("mpm")) for i in range(6)]
+
+    def stop(words):
+        words = iter(words)
+        return ladder.climb(rungs, lambda group: [{"status": "ok"}] * len(group),
+                            lambda point: verdict.Verdict(next(words), 0.0, 0.0, 0.0))[1]
+    no, yes = verdict.DIFFER, verdict.AGREE
+    assert stop([no, yes, no, yes, yes, yes]) == 3  # the lone agreement below was luck
+    assert stop([no] * 5 + [yes]) == 5
+    assert stop([no] * 6) is None
+
+
+def test_every_detector_of_the_solver_has_its_class():
+    words = (ROOT / "mpm" / "watch.hpp").read_text() + (ROOT / "mpm" / "solver_stages.hpp").read_text()
+    for name, lines in failure.CLASSES[:4]:
+        assert any(line in words or line.split()[-1] in words for line in lines), name
+    assert failure.classify("case: point 3: left the grid at (1, 2, 3) m") == "ejected points"
+    assert failure.classify("something else") == failure.OTHER
+
+
+def test_a_failed_run_is_a_point_and_a_finished_one_is_not_run_again(tmp_path):
+    class Options:
+        jobs, profile = 1, None
+    scene = case.load(CI)
+    recipes = [recipe.Recipe("mpm", ("mpm.time_step_fraction=5", "mpm.cell_size=0.005"), "test"),
+               recipe.Recipe("mpm", ("mpm.cell_size=0.005", "time.maximum=0.5"), "test", timeout=30.0)]
+    points = sweep.run_recipes(scene, recipes, Options)
+    assert points[0]["status"] in ("energy growth", "energy drift", "ejected points", "inverted volume") and points[0]["message"]
+    assert points[1]["status"] == "ok"
+    kept = sweep.ROOT / "runs" / "studies" / "points" / f"{points[1]['key']}.json"
+    before = kept.stat().st_mtime_ns
+    sweep.run_recipes(scene, recipes, Options)
+    assert kept.stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize("words, said", [
+    (["frontier", CI, "--ensemble", "/nowhere"], "no run <seed>.h5"),
+    (["frontier", "cases/shear"], ""),
+    (["ladder", CI, "--tolerance", "200%"], "not a share"),
+    (["ladder", CI, "--reference", ROOT / "README.md"], "not a reference"),
+])
+def test_bad_input_is_one_line(words, said):
+    result = launch(*words)
+    assert result.returncode == 2 and result.stderr.count("\n") == 1 and said in result.stderr
+
+
+@pytest.fixture(scope="module")
+def small_frontier(tmp_path_factory):
+    out = tmp_path_factory.mktemp("frontier")
+    result = launch("frontier", "column_ci", "--reference", CI / "reference" / "grains.json", "--out", out)
+    assert result.returncode == 0, result.stderr
+    return out, pd.read_csv(out / "points.csv", comment="#")
+
+
+def test_the_frontier_of_the_smallest_column_says_what_it_said(small_frontier):
+    """In the deposit a tenth of the grains' price buys an error below 15 %; PIC pays more for a worse one; too large a step fails."""
+    _, points = small_frontier
+    plain = points[(points["series"] == "law and cell size") & (points["status"] == "ok")]
+    pic = points[points["transfer"] == "pic"].iloc[0]
+    default = plain[(plain["law"] == "lade_duncan") & (plain["cell_size"] == 0.002)].iloc[0]
+    assert (plain["error_deposit"] < 0.15).all()
+    assert pic["error_deposit"] > 2.0 * default["error_deposit"]
+    assert points.loc[points["time_step_fraction"] == 5.0, "status"].item() != "ok"
+    grains = json.loads((CI / "reference" / "grains.json").read_text())
+    assert frontier.grain_cost(grains) > 4.0 * plain["cost"].min()
+
+
+def test_each_point_of_the_page_tells_its_recipe_and_command(small_frontier):
+    out, points = small_frontier
+    page = (out / "frontier.html").read_text()
+    assert all(command in page for command in points["command"]) and page.count("<title>MPM, ") >= len(points)
+    assert "<script" not in page and "src=" not in page and (out / "frontier_deposit.png").stat().st_size > 10_000
+
+
+def test_named_failures_are_detected_and_absent_at_the_defaults():
+    """Those that take a second; the whole table is in cases/column_ci/reference/atlas."""
+    class Options:
+        jobs, profile = 2, None
+    scene = case.load(CI)
+    quick = [one for one in recipe.study(scene, "atlas")["failure"] if one["expect"] in ("noise", "locking", "energy growth")]
+    pairs = [atlas.recipes_of(one, 60.0) for one in quick]
+    points = sweep.run_recipes(scene, [one for pair in pairs for one in pair], Options)
+    table = atlas.failure_table(quick, list(zip(points[::2], points[1::2])), scene)
+    assert table["reproduced"].all() and table["absent_at_defaults"].all(), table.to_string()
+
+
+def test_the_claimed_limit_and_twice_the_default_step_are_stable():
+    """One row of the map: if the boundary came to lie below either, the atlas would say the opposite of what it says."""
+    plane = recipe.study(case.load(CI), "atlas")["plane"][0] | {"values": [0.004]}
+    (_, task), = atlas.rows_of(plane, 60.0)
+    classify = boundary.runs_of(Path(CI), task)
+    assert classify(1.0)["status"] == "ok" and classify(5.0)["status"] != "ok"
+
+
+def test_the_ladder_of_the_smallest_column_stops_on_a_cheap_rung(tmp_path):
+    result = launch("ladder", "column_ci", "--tolerance", "15%", "--reference", CI / "reference" / "grains.json", "--out", tmp_path)
+    assert result.returncode == 0, result.stderr
+    rungs = pd.read_csv(tmp_path / "ladder.csv", comment="#")
+    assert rungs["enough"].sum() == 1 and rungs["enough"].idxmax() < 4 and "times cheaper" in result.stdout
