@@ -10,7 +10,8 @@ from compare.comparison import pair
 from compare.metrics import all_metrics
 from compare.runs import Cloud, Run
 
-LEVELS = np.arange(1, 513) / 512  # of the quantile function of mass; 512: no metric's own level falls on a boundary
+# of the quantile function of mass; with the levels that run-outs are read at, a rounding error above them
+LEVELS = np.union1d(np.arange(1, 513) / 512, [0.99 + 1e-9, 0.995 + 1e-9])
 INTERVAL = 0.05  # of the histories [sqrt(H/g)]
 HISTORY = ("kinetic", "potential", "dissipated", "dissipated_collisional", "dissipated_short", "unaccounted")
 WORDS = {"run_out": "run-out", "deposit": "deposit (Wasserstein distance along x)", "kinetic": "kinetic energy over time",
@@ -22,7 +23,7 @@ def compact(run: Run) -> dict:
     cloud, tau = run.clouds[-1], run.energy_tau()
     order = np.argsort(cloud.x[:, 0], kind="stable")
     shares = np.cumsum(cloud.mass[order]) / cloud.mass.sum()
-    x = cloud.x[order, 0][np.searchsorted(shares, LEVELS - 1e-12).clip(0, len(order) - 1)]
+    x = cloud.x[order, 0][np.searchsorted(shares, LEVELS - 2e-9).clip(0, len(order) - 1)]
     times = np.append(np.arange(0.0, tau[-1], INTERVAL), tau[-1])
     steps, cpu = run.attributes["steps"], run.attributes.get("cpu_seconds_collapse", run.attributes["cpu_seconds"])
     history = {name: np.interp(times, tau, run.energy[name]) for name in HISTORY if name in run.energy}
@@ -37,11 +38,10 @@ def digits(values) -> list[float]:
 
 
 def expand(signature: dict, scene: Case) -> Run:
-    """The run of a signature, of the scene `scene`: one cloud, the last, of equal masses along x."""
-    count = len(signature["x"])
-    x = np.zeros((count, 3))
+    """The run of a signature, of the scene `scene`: one cloud, the last, along x."""
+    x = np.zeros((len(LEVELS), 3))
     x[:, 0] = signature["x"]
-    mass = np.full(count, signature["mass"] / count)
+    mass = signature["mass"] * np.diff(LEVELS, prepend=0.0)
     scale = np.sqrt(scene["geometry.height"] / scene["geometry.gravity"])
     energy = {name: np.array(signature[name]) for name in HISTORY if name in signature}
     energy["time"] = scale * np.array(signature["tau"])
