@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from math import sqrt
 from pathlib import Path
 
+import numpy as np
+
 from compare.errors import EngineError
 
 from . import scene
@@ -75,7 +77,7 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
     def look(now: float) -> Snapshot:
         gate = [scene.rising_gate(case, now)] if now < gate_gone else []
         return Snapshot(grains, engine.atoms(), engine.contacts(largest_id), plan.dt, geometry["gravity"], thickness,
-                        walls + gate)
+                        walls + gate, scene.axisymmetric(case))
 
     sampled = case["dem"]["audit_interval"] > 0
     lifetimes = Lifetimes(plan.sample * plan.dt, grains.binary_contact_time(geometry["gravity"]),
@@ -123,7 +125,8 @@ def finish(result: Result, packing: Path, case: dict, shot: Snapshot, plan: Plan
     """Closes a result with its packing and what is known only at the end."""
     result.packing(packing / "packing.h5")
     packing_cpu = float(result.file["packing"].attrs["cpu_seconds"])
-    beyond = shot.atoms["x"][shot.mobile][:, 0] > case["geometry"]["floor_length"]
+    x, _, z = shot.atoms["x"][shot.mobile].T
+    beyond = (np.hypot(x, z) if scene.axisymmetric(case) else x) > case["geometry"]["floor_length"]
     result.file.attrs.update(
         end_reason=reason, steps=step, time_scale=plan.scale, cpu_seconds=cpu + packing_cpu, cpu_seconds_collapse=cpu,
         cpu_seconds_packing=packing_cpu, wall_seconds=wall, force_error=force_error, grains_beyond_floor=int(beyond.sum()))

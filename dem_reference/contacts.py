@@ -36,7 +36,7 @@ class Snapshot:
     """State of all grains at one time and their contacts, as the engine holds them.
 
     atoms: see Liggghts.atoms; rows: see Liggghts.contacts; thickness: periodic length along z [m] or None.
-    planes: the walls that stand at this time.
+    planes: the walls that stand at this time; radial: whether means depend on the distance from the y axis, not on x.
     """
 
     grains: Grains
@@ -46,6 +46,7 @@ class Snapshot:
     gravity: float
     thickness: float | None
     planes: list[Plane]
+    radial: bool = False
 
     def __post_init__(self):
         g, a = self.grains, self.atoms

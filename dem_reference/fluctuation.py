@@ -16,6 +16,8 @@ def fluctuation_energy(shot: Snapshot) -> float:
     """
     g = shot.grains
     x, v = shot.atoms["x"][shot.mobile], shot.atoms["v"][shot.mobile]
+    if shot.radial:
+        x, v = cylindrical(x, v)
     index = np.floor(x[:, :2] / (CELL * g.diameter)).astype(np.int64)
     index -= index.min(axis=0)
     cell = index[:, 0] * (index[:, 1].max() + 1) + index[:, 1]
@@ -34,6 +36,14 @@ def fluctuation_energy(shot: Snapshot) -> float:
     rest = v - np.einsum("pi,pij->pj", x, gradient[c])
     squares = np.bincount(c, (rest * rest).sum(axis=1), n.size)
     return float(g.mass / 2 * (squares * n / (n - 3)).sum())
+
+
+def cylindrical(x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n, 3) as distance from the y axis, y and azimuth; velocities (n, 3) as v_r, v_y, v_theta."""
+    r, theta = np.hypot(x[:, 0], x[:, 2]), np.arctan2(x[:, 2], x[:, 0])
+    c, s = np.cos(theta), np.sin(theta)
+    return (np.column_stack([r, x[:, 1], theta]),
+            np.column_stack([c * v[:, 0] + s * v[:, 2], v[:, 1], c * v[:, 2] - s * v[:, 0]]))
 
 
 def _sums(values: np.ndarray, cell: np.ndarray, cells: int) -> np.ndarray:

@@ -20,10 +20,11 @@ def edges(extent: float, diameter: float) -> np.ndarray:
 
 
 def box_stress(shot: Snapshot, lower: np.ndarray, upper: np.ndarray, thickness: float) -> np.ndarray:
-    """Contact stress 1/V sum f (x) b of a box of x and y (3, 3) [Pa], compression positive, by contact point."""
-    point = shot.atoms["x"][shot.i] - shot.branch / 2
-    inside = np.all((point[:, :2] > lower) & (point[:, :2] < upper), axis=1)
-    return np.einsum("ci,cj->ij", shot.force[inside], shot.branch[inside]) / (np.prod(upper - lower) * thickness)
+    """Contact stress 1/V sum f (x) b of a box of x and y, or x, y and z (3, 3) [Pa], compression positive, by contact point."""
+    point, axes = shot.atoms["x"][shot.i] - shot.branch / 2, len(lower)
+    inside = np.all((point[:, :axes] > lower) & (point[:, :axes] < upper), axis=1)
+    volume = np.prod(upper - lower) * (thickness if axes == 2 else 1.0)
+    return np.einsum("ci,cj->ij", shot.force[inside], shot.branch[inside]) / volume
 
 
 def fields(shot: Snapshot, length: float, height: float, thickness: float) -> dict[str, np.ndarray]:

@@ -34,7 +34,7 @@ from .engine import Liggghts
 from .grains import Grains, time_step
 from .initial_state import box_stress, fields
 from .process import run_engine
-from .void_ratio import bulk_box, void_ratio
+from .void_ratio import bulk_box, quarter_bulk_box, void_ratio
 
 POUR_SURPLUS = 1.04
 SETTLED, AT_REST = 1e-4, 1e-5  # mean kinetic energy of a grain [m g d]
@@ -53,9 +53,7 @@ def drag(case: dict, grains: Grains, factor: float) -> float:
 
 def nominal_count(case: dict, grains: Grains) -> float:
     """Grains that a column of the asked void ratio holds."""
-    geometry = case["geometry"]
-    column = geometry["height"] * geometry["length"] * geometry["thickness"]
-    return column / (1 + case["initial"]["void_ratio"]) / grains.volume
+    return scene.column_volume(case) / (1 + case["initial"]["void_ratio"]) / grains.volume
 
 
 def squeeze(case: dict, grains: Grains) -> float:
@@ -122,7 +120,7 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
     atoms = engine.atoms()
     shot = Snapshot(grains, atoms, engine.contacts(atoms["id"].max()), dt, gravity,
                     geometry["thickness"] if case["walls"]["front_back"] == "periodic" else None,
-                    scene.planes(case, grains) + [scene.closed_gate(case)])
+                    scene.planes(case, grains) + scene.closed_gate(case))
     engine.command(f"write_restart {folder / 'packing.restart'}")
     with h5py.File(folder / "packing.h5", "w") as file:
         describe(file, case, shot)
@@ -134,13 +132,14 @@ def describe(file: h5py.File, case: dict, shot: Snapshot) -> None:
     grains, geometry = shot.grains, case["geometry"]
     length, height, width = geometry["length"], geometry["height"], geometry["thickness"]
     x = shot.atoms["x"][shot.mobile]
-    lower, upper = bulk_box(length, height, grains.diameter)
+    bulk = quarter_bulk_box if scene.axisymmetric(case) else bulk_box
+    lower, upper = bulk(length, height, grains.diameter)
     stress = box_stress(shot, lower, upper, width)
     touching = shot.mobile[shot.i].astype(int) + shot.mobile[shot.j]
     file.attrs.update(
         void_ratio=void_ratio(x, grains.radius, lower, upper, width),
         void_ratio_asked=case["initial"]["void_ratio"],
-        void_ratio_overall=length * height * width / (len(x) * grains.volume) - 1,
+        void_ratio_overall=scene.column_volume(case) / (len(x) * grains.volume) - 1,
         bulk_box=np.concatenate([lower, upper]),
         lateral_stress_ratio=stress[0, 0] / stress[1, 1],
         lateral_stress_ratio_z=stress[2, 2] / stress[1, 1],
@@ -150,6 +149,8 @@ def describe(file: h5py.File, case: dict, shot: Snapshot) -> None:
         mass=len(x) * grains.mass,
         largest_overlap=shot.overlap.max() / grains.diameter,
     )
+    if scene.axisymmetric(case):
+        return  # profiles over x and y are a slab's
     state = fields(shot, length, height, width)
     units = {"x": "m", "y": "m", "mass": "kg", "void_ratio": "-"}
     for name, values in state.items():

@@ -72,9 +72,13 @@ def run(case: Case, output: Path, seed: int, store: Path, progress: Progress, co
 def refuse(case: dict) -> None:
     """What the grains cannot do."""
     geometry, d = case["geometry"], Grains.of(case).diameter
-    if geometry["dimension"] == "axisymmetric":
-        raise CaseError("geometry.dimension: the grains have no axisymmetric column (plane_strain and three_dimensional only)")
-    for name, least in (("thickness", 2), ("length", 4), ("height", 4)):
+    axisymmetric = geometry["dimension"] == "axisymmetric"
+    if axisymmetric and case["walls"]["left"] != "smooth":
+        raise CaseError("walls.left: an axisymmetric column has no left wall, but an axis (smooth only)")
+    if axisymmetric and case["walls"]["gate"] == "lifted":
+        raise CaseError("walls.gate: a cylindrical gate can only vanish (instantaneous only)")
+    # A quarter of a cylinder has no thickness; its bulk box lies 2.5 d from everything.
+    for name, least in (("length", 9), ("height", 6)) if axisymmetric else (("thickness", 2), ("length", 4), ("height", 4)):
         if geometry[name] < least * d:
             raise CaseError(f"geometry.{name}: {geometry[name]:g} m is less than {least} grain diameters of {d:g} m "
                             "(grains would meet their own images, or nothing could be poured)")

@@ -31,6 +31,23 @@ def prime_seeds(seed: int, count: int) -> list[int]:
     return [next(primes) for _ in range(count)]
 
 
+def axisymmetric(case: dict) -> bool:
+    """Whether the column is a quarter of a cylinder about the y axis, between smooth walls at x = 0 and z = 0."""
+    return case["geometry"]["dimension"] == "axisymmetric"
+
+
+def width(case: dict) -> float:
+    """Extent of the scene along z [m]."""
+    return case["geometry"]["floor_length" if axisymmetric(case) else "thickness"]
+
+
+def column_volume(case: dict) -> float:
+    """Volume of the column of grains as simulated [m3]."""
+    geometry = case["geometry"]
+    base = np.pi / 4 * geometry["length"] if axisymmetric(case) else geometry["thickness"]
+    return geometry["height"] * geometry["length"] * base
+
+
 def glued_base(case: dict, grains: Grains, seed: int) -> np.ndarray:
     """Centres of the glued grains (n, 3): a jittered lattice whose tops lie between 0 and d/4 below y = 0.
 
@@ -38,19 +55,20 @@ def glued_base(case: dict, grains: Grains, seed: int) -> np.ndarray:
     """
     if case["walls"]["base"] != "glued":
         return np.empty((0, 3))
-    d, geometry = grains.diameter, case["geometry"]
-    length, width = geometry["floor_length"], geometry["thickness"]
-    across = max(1, round(width / d))
+    d = grains.diameter
+    length, depth = case["geometry"]["floor_length"], width(case)
+    across = max(1, round(depth / d))
     periodic = case["walls"]["front_back"] == "periodic"
-    z = (np.arange(across) + 0.5) * width / across
+    z = (np.arange(across) + 0.5) * depth / across
     x = np.arange(0.0, length, BASE_SPACING * d)
-    shift = np.arange(x.size) % 2 * width / across / 2 * periodic
+    shift = np.arange(x.size) % 2 * depth / across / 2 * periodic
     x, z = np.repeat(x, across), (z + shift[:, None]).ravel()
     random = np.random.default_rng(seed)
     x = x + random.uniform(-BASE_JITTER, BASE_JITTER, x.size) * d
     z = z + random.uniform(-BASE_JITTER, BASE_JITTER, x.size) * d
-    z = z % width if periodic else np.clip(z, d / 2, width - d / 2)
-    return np.column_stack([x, -random.uniform(*BASE_DEPTH, x.size) * d, z])
+    z = z % depth if periodic else np.clip(z, d / 2, depth - d / 2)
+    base = np.column_stack([x, -random.uniform(*BASE_DEPTH, x.size) * d, z])
+    return base[np.hypot(x, z) <= length] if axisymmetric(case) else base
 
 
 def floor_height(case: dict, grains: Grains) -> float:
@@ -75,7 +93,7 @@ def planes(case: dict, grains: Grains) -> list[Plane]:
     walls = case["walls"]
     out = [Plane(-1, 0, 0.0, walls["left_friction"]), Plane(-3, 1, floor_height(case, grains), walls["base_friction"])]
     if walls["front_back"] == "smooth":
-        out += [Plane(-4, 2, 0.0), Plane(-5, 2, case["geometry"]["thickness"])]
+        out += [Plane(-4, 2, 0.0)] + [Plane(-5, 2, width(case))] * (not axisymmetric(case))
     return out
 
 
@@ -120,7 +138,7 @@ def new_box(case: dict, grains: Grains, top: float) -> str:
     d, geometry = grains.diameter, case["geometry"]
     edge = 0.0 if case["walls"]["front_back"] == "periodic" else d
     return (f"region domain block {-d} {geometry['floor_length'] + d} {-(SAFETY_FLOOR + 1) * d} {top} "
-            f"{-edge} {geometry['thickness'] + edge} units box\ncreate_box 5 domain")
+            f"{-edge} {width(case) + edge} units box\ncreate_box 5 domain")
 
 
 def glued_atoms(case: dict, grains: Grains, seed: int) -> str:
@@ -135,7 +153,7 @@ def bodies(case: dict, grains: Grains) -> str:
     """Gravity, walls, integration and the computes."""
     walls = case["walls"]
     wall = "fix {0} mobile wall/gran model hertz tangential history primitive type 2 zplane {1}"
-    both = [wall.format("front", 0.0), wall.format("back", case["geometry"]["thickness"])]
+    both = [wall.format("front", 0.0)] + [wall.format("back", width(case))] * (not axisymmetric(case))
     return render(
         "bodies",
         gravity=case["geometry"]["gravity"],
@@ -147,29 +165,31 @@ def bodies(case: dict, grains: Grains) -> str:
 
 
 def gate(case: dict) -> str:
-    """The closed gate: a smooth plane at x = L0."""
-    return ("fix gate mobile wall/gran model hertz tangential history primitive type 2 "
-            f"xplane {case['geometry']['length']:.17g}")
+    """The closed gate: a smooth plane at x = L0, or a cylinder of radius R0 = L0 about the y axis."""
+    shape = "ycylinder {:.17g} 0 0" if axisymmetric(case) else "xplane {:.17g}"
+    return "fix gate mobile wall/gran model hertz tangential history primitive type 2 " + shape.format(case["geometry"]["length"])
 
 
 def pouring(case: dict, grains: Grains, count: int, seed: int) -> tuple[str, float]:
     """Commands that place `count` grains at random above the base, and the height they reach [m]."""
     r, geometry = grains.radius, case["geometry"]
     inset = 0.0 if case["walls"]["front_back"] == "periodic" else r
-    length, width = geometry["length"] - 2 * r, geometry["thickness"] - 2 * inset
-    top = grains.diameter + count * grains.volume / (POURING_SOLID_FRACTION * length * width)
+    right, back = geometry["length"] - r, (geometry["length"] - r if axisymmetric(case) else width(case) - inset)
+    length = geometry["length"] - 2 * r
+    area = np.pi / 4 * length**2 if axisymmetric(case) else length * (width(case) - 2 * inset)
+    top = grains.diameter + count * grains.volume / (POURING_SOLID_FRACTION * area)
+    box = f"block {r} {right} {r} {top} {inset} {back} units box"
+    region = (f"region box {box}\nregion cylinder cylinder y 0 0 {right} {r} {top} units box\n"
+              "region pouring intersect 2 box cylinder" if axisymmetric(case) else f"region pouring {box}")
     seeds = prime_seeds(seed, 3)
-    text = render("pour", inset=r, pour_right=geometry["length"] - r, pour_bottom=r, pour_top=top, pour_front=inset,
-                  pour_back=geometry["thickness"] - inset, template_seed=seeds[0], mixture_seed=seeds[1],
-                  pouring_seed=seeds[2], density=grains.density, radius=r, grains=count)
+    text = render("pour", region=region, template_seed=seeds[0], mixture_seed=seeds[1], pouring_seed=seeds[2],
+                  density=grains.density, radius=r, grains=count)
     return text, top
 
 
-
-
-def closed_gate(case: dict) -> Plane:
-    """The gate behind which the packing is made."""
-    return Plane(-2, 0, case["geometry"]["length"])
+def closed_gate(case: dict) -> list[Plane]:
+    """The gate behind which the packing is made; of a cylinder the contact records know nothing."""
+    return [] if axisymmetric(case) else [Plane(-2, 0, case["geometry"]["length"])]
 
 
 def rising_gate(case: dict, time: float) -> Plane:

@@ -72,7 +72,7 @@ def collapse_by_script(case: dict, packing: Path, log: Path, target: Path, attri
     thickness = case["geometry"]["thickness"] if case["walls"]["front_back"] == "periodic" else None
     for step in steps:
         shot = Snapshot(grains, read_atoms(work / f"atoms.{step}.bin"), read_contacts(work / f"pairs.{step}"), plan.dt,
-                        case["geometry"]["gravity"], thickness, walls)
+                        case["geometry"]["gravity"], thickness, walls, scene.axisymmetric(case))
         result.frame(step, step * plan.dt, shot, case["output"]["contacts"])
         elastic.append(shot.elastic)
         fluctuation.append(fluctuation_energy(shot))

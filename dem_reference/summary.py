@@ -19,15 +19,20 @@ SCALARS = {
 
 
 def scalars(path: Path) -> dict[str, float]:
-    """SCALARS of a dem.h5. E0 is the initial potential energy; run-outs are mass percentiles, 99.5 and 99."""
+    """SCALARS of a dem.h5. E0 is the initial potential energy; run-outs are mass percentiles, 99.5 and 99.
+
+    Of an axisymmetric column x is the distance from the axis.
+    """
     with h5py.File(path) as file:
         case = parse(file.attrs["case_resolved"])
         length, height, scale = case["geometry.length"], case["geometry.height"], file.attrs["time_scale"]
         energy = {name: values[()] for name, values in file["energy"].items()}
         frame = file[f"data/{max(map(int, file['data']))}/particles/cloud"]
         grains = frame["kind"][()] == 1
-        x, y = np.sort(frame["position/x"][()][grains]), frame["position/y"][()][grains]
-        near_wall = frame["position/x"][()][grains] < 3 * frame["radius"][0]
+        reach, y = frame["position/x"][()][grains], frame["position/y"][()][grains]
+        if case["geometry.dimension"] == "axisymmetric":
+            reach = np.hypot(reach, frame["position/z"][()][grains])
+        x, near_wall = np.sort(reach), reach < 3 * frame["radius"][0]
         released = energy["potential"][0] - energy["potential"][-1]
         peak = int(energy["kinetic"].argmax())
         out = {

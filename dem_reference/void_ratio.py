@@ -42,13 +42,28 @@ def clipped_volume(centre: np.ndarray, radius: float, lower: np.ndarray, upper: 
 
 
 def void_ratio(centre: np.ndarray, radius: float, lower, upper, thickness: float) -> float:
-    """e = voids / solid of the box lower..upper (x, y) through the whole thickness; overlaps count twice as solid."""
+    """e = voids / solid of the box lower..upper (x, y) through the whole thickness; overlaps count twice as solid.
+
+    A box with limits of z too cuts each sphere's volume by the share of the sphere between them: exact unless z cuts it
+    together with x or y.
+    """
     lower, upper = np.asarray(lower, float), np.asarray(upper, float)
-    solid = clipped_volume(centre[:, :2], radius, lower, upper).sum()
-    return float(np.prod(upper - lower) * thickness / solid - 1) if solid > 0 else float("inf")
+    solid, volume = clipped_volume(centre[:, :2], radius, lower[:2], upper[:2]), np.prod(upper - lower)
+    if len(lower) == 2:
+        volume *= thickness
+    else:
+        solid = solid * (cap_fraction(centre[:, 2] - lower[2], radius) + cap_fraction(upper[2] - centre[:, 2], radius) - 1)
+    return float(volume / solid.sum() - 1) if solid.sum() > 0 else float("inf")
 
 
 def bulk_box(length: float, height: float, diameter: float) -> tuple[np.ndarray, np.ndarray]:
     """The box in which a column's bulk void ratio is measured: 2.5 d away from base, walls and free surface."""
     margin = 2.5 * diameter
     return np.array([margin, margin]), np.array([length - margin, height - margin])
+
+
+def quarter_bulk_box(radius: float, height: float, diameter: float) -> tuple[np.ndarray, np.ndarray]:
+    """The same for a quarter of a cylinder about the y axis: a box of x, y and z inside it."""
+    margin = 2.5 * diameter
+    side = (radius - margin) / np.sqrt(2)
+    return np.full(3, margin), np.array([side, height - margin, side])

@@ -79,6 +79,9 @@ def run(options) -> int:
     if options.seeds < 1:
         raise CaseError(f"--seeds {options.seeds}: at least one packing is needed")
     scene = case.load(find_case(options.case), options.overrides)
+    if scene["geometry.dimension"] == "axisymmetric":
+        raise CaseError(f"{scene.path}: geometry.dimension: axisymmetric columns are not compared (fields over the radius have no "
+                        "common grid with those over x) run either engine itself: mpm_run, python3 -m dem_reference.run")
     out = options.out or Path("runs") / name_of(scene.path)
     out.parent.mkdir(parents=True, exist_ok=True)
     common = [scene.path, *(word for assignment in options.overrides for word in ("--set", assignment))]

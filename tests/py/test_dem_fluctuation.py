@@ -12,7 +12,7 @@ GRAINS = Grains(1.0, 1.0, 1e7, 0.3, 0.9, 0.5)
 
 
 def cloud(v, x):
-    return SimpleNamespace(grains=GRAINS, mobile=np.ones(len(x), bool), atoms={"x": x, "v": v})
+    return SimpleNamespace(grains=GRAINS, mobile=np.ones(len(x), bool), atoms={"x": x, "v": v}, radial=False)
 
 
 def test_an_affine_motion_has_none():
