@@ -29,14 +29,14 @@ def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) ->
         row = {"key": point["key"], "engine": recipe.engine, "series": recipe.series, "label": recipe.label,
                "status": point["status"], "fine": point.get("fine", False)}
         row |= {name: "" if name in ours else value_of(point, key, scene) for name, key in KEYS.items()}
-        row |= {"cpu_seconds": point["cpu_seconds"], "cost": math.nan, "steps": math.nan, "duration": math.nan}
+        row |= {"warnings": point.get("warnings", "none"), "cpu_seconds": point["cpu_seconds"], "cost": math.nan, "steps": math.nan, "duration": math.nan}
         if point["status"] == "ok":
             row |= {"cost": cost(point), "steps": point["steps"], "duration": point["tau"][-1]}
             row |= {f"error_{name}": value for name, value in errors(point, reference["mean"], scene).items()}
             limit = limits.get(row["law"])
             if limit and not row["fine"]:
                 row |= {f"numerical_{name}": value for name, value in errors(point, limit, scene).items()}
-        row |= {"message": point.get("message", ""), "command": recipe.command(scene.path.parent)}
+        row |= {"message": point.get("message", ""), "commit": point.get("commit", ""), "command": recipe.command(scene.path.parent)}
         rows.append(row)
     return pd.DataFrame(rows)
 

@@ -30,7 +30,8 @@ def compact(run: Run) -> dict:
     return {"engine": run.engine, "seed": int(run.attributes["seed"]), "mass": float(run.mass), "x": digits(x),
             "tau": digits(times), **{name: digits(values) for name, values in history.items()}, "steps": int(steps),
             "cpu_seconds": float(cpu), "cpu_seconds_packing": float(run.attributes.get("cpu_seconds_packing", 0.0)),
-            "end_reason": str(run.attributes["end_reason"]), "warnings": str(run.attributes.get("warnings", "none"))}
+            "end_reason": str(run.attributes["end_reason"]),
+            "commit": str(run.attributes.get("commit", "unknown")), "warnings": str(run.attributes.get("warnings", "none"))}
 
 
 def digits(values) -> list[float]:

@@ -30,7 +30,7 @@ def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> str:
                       xytext=(0, 9), color=DEM, ha="center", fontsize=8.5)
         axes.set_ylim(bottom=lowest)
         axes.text(0.005, level, " scatter of the grains' seeds", transform=axes.get_yaxis_transform(), color=DEM, va="top", fontsize=8.5)
-        finish(axes, top, f"error from the grains' mean: {WORDS[name]}")
+        finish(axes, top, f"error from the grains' mean:\n{WORDS[name]}")
         return save(figure, path, tips(points, path.stem, f"error_{name}"))
 
 
@@ -44,7 +44,7 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
             axes.axhline(limit[f"error_{name}"], color=LAWS[limit["law"]], ls=(0, (4, 2)), lw=1.2)
             axes.text(0.998 - 0.33 * (i % 3), limit[f"error_{name}"], f"model error of {limit['law'].replace('_', ' ')} ({1e3 * float(limit['cell_size']):.3g} mm) ",
                       transform=axes.get_yaxis_transform(), color=LAWS[limit["law"]], va="bottom", ha="right", fontsize=8)
-        finish(axes, top, f"error from the law's fine-grid solution: {WORDS[name]}")
+        finish(axes, top, f"error from the law's fine-grid solution:\n{WORDS[name]}")
         return save(figure, path, tips(points, path.stem, f"numerical_{name}"))
 
 

@@ -1,0 +1,33 @@
+"""What the studies state, measured on the smallest column."""
+
+import json
+from pathlib import Path
+
+from compare import case
+from compare.commands.claims import ROOT
+from compare.study import atlas, boundary, frontier, point, recipe, signature
+
+CI = ROOT / "cases" / "column_ci"
+
+
+def cheapest_deposit() -> tuple[float, float]:
+    """Error of the deposit, and price over that of the grains, of mu(I) on 4 mm cells."""
+    scene = case.load(CI)
+    grains = json.loads((CI / "reference" / "grains.json").read_text())
+    made = point.measure(CI, recipe.Recipe("mpm", ("material.law=mu_i", "mpm.cell_size=0.004")))
+    return (signature.errors(made, grains["mean"], scene)["deposit"], frontier.grain_cost(grains) / signature.cost(made))
+
+
+def deposit_error() -> float:
+    return cheapest_deposit()[0]
+
+
+def times_cheaper() -> float:
+    return cheapest_deposit()[1]
+
+
+def stable_fraction() -> float:
+    """Largest stable mpm.time_step_fraction of the defaults on 4 mm cells, from below, to 10 %. [-]"""
+    plane = recipe.study(case.load(CI), "atlas")["plane"][0] | {"values": [0.004]}
+    (_, task), = atlas.rows_of(plane, 60.0)
+    return boundary.bisect(boundary.runs_of(Path(CI), task), *plane["between"])[1]
