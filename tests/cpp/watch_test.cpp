@@ -1,0 +1,76 @@
+// The watch: each trouble is found where it is made, and nowhere else.
+#include "mpm/watch.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/cpp/block.hpp"
+
+namespace grainpair {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+constexpr double height = 1.0, gravity = 9.81, cell = 0.1;
+
+/// A block at rest with the given velocity field, and a watch on it.
+struct Watched {
+  std::unique_ptr<Solver<PlaneStrain, BSpline<2>>> solver;
+  Watch watch;
+  explicit Watched(std::function<Eigen::Vector2d(const Eigen::Vector2d&)> velocity)
+      : solver(build(velocity)), watch(*solver, height, gravity, cell) {}
+  static std::unique_ptr<Solver<PlaneStrain, BSpline<2>>> build(const std::function<Eigen::Vector2d(const Eigen::Vector2d&)>& velocity) {
+    Block<PlaneStrain> block{.box = {20, 20}, .low = {4, 4}, .high = {12, 12}};
+    block.velocity = velocity;
+    return block.build<BSpline<2>>();
+  }
+};
+
+/// +1 and -1 on alternate points both ways: within a cell, no affine field looks like it.
+double chequer(const Eigen::Vector2d& x) {
+  const double pitch = 0.5 * cell;
+  return (static_cast<int>(x[0] / pitch) + static_cast<int>(x[1] / pitch)) % 2 ? 1.0 : -1.0;
+}
+
+TEST(Watch, SaysNothingOfAMotionThatCellsCanSee) {
+  Watched block([](const auto& x) { return Eigen::Vector2d(0.3 * x[1], 0.1 - 0.2 * x[0]); });
+  EXPECT_NO_THROW(block.watch.step(*block.solver, 1));
+  EXPECT_NO_THROW(block.watch.points(*block.solver));
+  EXPECT_TRUE(block.watch.warnings(block.solver->ledger(), block.solver->ledger()).empty());
+}
+
+TEST(Watch, WarnsOfMotionThatCellsCannotSee) {
+  Watched block([](const auto&) { return Eigen::Vector2d(1.0, 0.0); });
+  auto& points = block.solver->points();
+  for (std::size_t p = 0; p < points.size(); ++p) points.v[p][1] = 0.5 * chequer(points.x[p]);
+  block.watch.points(*block.solver);
+  const auto warnings = block.watch.warnings(block.solver->ledger(), block.solver->ledger());
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings[0], HasSubstr("noise: "));
+}
+
+TEST(Watch, EndsTheRunOfAPointNoFallCouldHaveMadeSoFast) {
+  const double fall = std::sqrt(2.0 * gravity * height);
+  Watched fast([&](const auto&) { return Eigen::Vector2d(3.01 * fall, 0.0); });
+  EXPECT_THAT([&] { fast.watch.points(*fast.solver); }, ThrowsMessage<SolverError>(HasSubstr("too fast")));
+  Watched slower([&](const auto&) { return Eigen::Vector2d(2.99 * fall, 0.0); });
+  EXPECT_NO_THROW(slower.watch.points(*slower.solver));
+}
+
+TEST(Watch, WarnsOfTensionAndOfPressureThatDiffersWithinCells) {
+  Watched block([](const auto&) { return Eigen::Vector2d(0.0, 0.0); });
+  auto& points = block.solver->points();
+  const double pressure = block.solver->solid_density() * gravity * height;
+  for (std::size_t p = 0; p < points.size(); ++p)
+    points.sigma[p].head<3>().setConstant((1.0 + 2.0 * chequer(points.x[p])) * pressure);
+  block.watch.points(*block.solver);
+  const auto warnings = block.watch.warnings(block.solver->ledger(), block.solver->ledger());
+  ASSERT_EQ(warnings.size(), 2u);
+  EXPECT_THAT(warnings[0], HasSubstr("locking: "));
+  EXPECT_THAT(warnings[1], HasSubstr("tension: "));
+}
+
+}  // namespace
+}  // namespace grainpair
