@@ -7,7 +7,7 @@ import numpy as np
 
 from compare.charts import INK
 from compare.charts.study import STUDY_STYLE, save
-from compare.study.atlas import default_of, limit
+from compare.study.atlas import default_of, limit, relaxation_limit
 
 CLASSES = {"ok": ("o", "#2c7a4b"), "energy growth": ("^", "#b3261e"), "energy drift": ("v", "#d9730d"), "ejected points": ("D", "#7b4ea3"),
            "inverted volume": ("s", "#8a5a00"), "not a number": ("X", "#26292e"), "timeout": ("P", "#5d636d"), "lost grains": ("D", "#7b4ea3"),
@@ -34,6 +34,7 @@ def draw(planes: list[dict], rows: list[list], scene, path: Path) -> str:
             between = [np.sqrt(row["good"] * row["bad"]) if np.isfinite(row["good"] * row["bad"]) else np.nan for _, row in rows[n]]
             ax.plot(between, heights, "-", color=INK, lw=1.4, zorder=1)
             ax.plot([limit(plane, value, scene) for value, _ in rows[n]], heights, "--", color="#1f5fa8", lw=1.4, zorder=1)
+            ax.plot([relaxation_limit(plane, row, scene) for _, row in rows[n]], heights, "-.", color="#b0367a", lw=1.4, zorder=1)
             ax.axvline(default_of(plane, scene), color="#8a8f98", ls=":", lw=1.4, zorder=1)
             ax.set(xscale="log", title=plane["name"], xlabel=plane["along"].replace("_", " "))
             ax.set_yticks(heights, [f"{value:g}" for value, _ in rows[n]])
@@ -44,6 +45,7 @@ def draw(planes: list[dict], rows: list[list], scene, path: Path) -> str:
         handles += [plt.Line2D([], [], ls="none", marker="o", color="white", mec=CLASSES["ok"][1], label="ok, with a warning"),
                     plt.Line2D([], [], color=INK, label="measured boundary"),
                     plt.Line2D([], [], color="#1f5fa8", ls="--", label="claimed limit"),
+                    plt.Line2D([], [], color="#b0367a", ls="-.", label="relaxation of temperature"),
                     plt.Line2D([], [], color="#8a8f98", ls=":", label="default")]
         figure.legend(handles=handles, loc="outside lower center", ncols=6, fontsize=8)
         return save(figure, path, tips)
