@@ -16,7 +16,7 @@ struct Points {
 
   std::vector<Vec> x;             // position [m]
   std::vector<Vec> v;             // velocity [m/s]
-  std::vector<Mat> B;             // affine moment sum_i w_i v_i (X_i - x)^T [m2/s]
+  std::vector<Mat> affine;        // what the transfer carries: a moment or a gradient, see transfer/affine.hpp
   std::vector<double> mass;       // [kg]
   std::vector<double> void_ratio; // e, from det F [-]
   std::vector<SymTensor> sigma;   // total stress, compression positive [Pa]
@@ -36,7 +36,7 @@ struct Points {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // whatever is not set shows
     x.resize(n, Vec::Constant(nan));
     v.resize(n, Vec::Zero());
-    B.resize(n, Mat::Zero());
+    affine.resize(n, Mat::Zero());
     sigma.resize(n, SymTensor::Constant(nan));
     for (auto* field : {&mass, &void_ratio, &granular_temperature, &modulus, &viscosity}) field->resize(n, nan);
     for (auto* field : {&pressure_correction, &stored, &fluctuation, &plastic, &collisional, &deviatoric_strain})
@@ -52,7 +52,7 @@ struct Points {
       for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = field[order[i]];
       field.swap(sorted);
     };
-    apply(x), apply(v), apply(B), apply(mass), apply(void_ratio), apply(sigma), apply(pressure_correction);
+    apply(x), apply(v), apply(affine), apply(mass), apply(void_ratio), apply(sigma), apply(pressure_correction);
     apply(stored), apply(fluctuation), apply(plastic), apply(collisional), apply(granular_temperature);
     apply(deviatoric_strain), apply(modulus), apply(viscosity), apply(regime), apply(id);
   }

@@ -32,7 +32,8 @@ enum class Limit { none = 0, elastic = 1, critical_state = 2, viscous = 3 };
 struct Numerics {
   double h = 0.0;                                // cell size [m]
   TransferScheme transfer = TransferScheme::affine_flip;
-  double relaxation_time = 0.0;                  // of flip and affine_flip [s]
+  double relaxation_time = 0.0;                  // of flip and affine_flip, and ... [s]
+  double gradient_relaxation_time = 0.0;         // ... of the gradient of affine_flip [s]
   int xpic_order = 2;
   StressUpdate stress_update = StressUpdate::last;
   VolumetricAveraging averaging = VolumetricAveraging::cell;
@@ -92,6 +93,8 @@ class Solver final : public Simulation {
       : setup_(setup), grid_(setup.cells, setup.numerics.h, setup.point_size), points_(std::move(points)),
         body_(std::move(body)), deformation_(points_.size()), displacement_(points_.size()),
         work_(points_.size()), step_energies_(points_.size()), scratch_(points_.size()) {
+    for (std::size_t p = 0; p < points_.size(); ++p)
+      cell_volume_ = std::max(cell_volume_, volume(p) * std::pow(setup.numerics.h / setup.point_size, dim));
     body_->resize(points_.size());
     std::vector<Stability> stability(points_.size());
     body_->initialise(0, initial,
@@ -118,7 +121,7 @@ class Solver final : public Simulation {
     accelerate(dt);                                          // momentum balance [Ceccato2019, Eq. 2]
     if (setup_.numerics.transfer == TransferScheme::xpic) sharpen_velocity();
     if (setup_.numerics.stress_update == StressUpdate::last) {
-      gather<true, true>(dt);                                // v, B and displacement of the points; grad v
+      gather<true, true>(dt);                                // v, B or C, and displacement of the points; grad v
     } else {
       gather<true, false>(dt);
     }
@@ -160,6 +163,10 @@ class Solver final : public Simulation {
   struct Strip {
     std::size_t begin, end;  // points
   };
+  /// Fraction of the way to the grid's velocity, and to its gradient, that a point goes in one step.
+  struct Filter {
+    double velocity, gradient;
+  };
   /// Sums a sweep makes, kept by strip so that their order never changes.
   struct Sums {
     double kinetic_before = 0.0, kinetic_after = 0.0, potential = 0.0, speed = 0.0;
@@ -171,15 +178,15 @@ class Solver final : public Simulation {
   void clear_grid();
   template <bool Momentum, bool Force>
   void scatter();
-  template <bool Momentum, bool Force, bool Affine>
+  template <bool Momentum, bool Force, Affine Carried>
   void scatter_strip(const Strip& strip);
   void accelerate(double dt);
   void constrain(double time_offset);
   void sharpen_velocity();
   template <bool Velocity, bool Gradient>
   void gather(double dt);
-  template <bool Velocity, bool Gradient, bool Affine>
-  Sums gather_strip(const Strip& strip, double filter, double dt);
+  template <bool Velocity, bool Gradient, Affine Carried>
+  Sums gather_strip(const Strip& strip, const Filter& filter, double dt);
   void average_volumetric_rate();
   void move(double dt);
   void update_stress(double dt);
@@ -192,6 +199,13 @@ class Solver final : public Simulation {
 
   Vec constrained(Vec v, const std::array<int, dim>& node, double time) const;
   double volume(std::size_t p) const { return points_.mass[p] * (1.0 + points_.void_ratio[p]) / setup_.solid_density; }
+  /// Void ratio at which a point fills its cell. A detached point sees no neighbours to keep det F from growing, and its
+  /// volume multiplies whatever stress it is left with; yet it cannot stand for more than the cell it lies in.
+  double loosest_void_ratio(std::size_t p) const {
+    const double h = setup_.numerics.h;
+    const double cell = Kinematics::axisymmetric ? 2.0 * std::numbers::pi * points_.x[p][0] * h * h : cell_volume_;
+    return cell * setup_.solid_density / points_.mass[p] - 1.0;
+  }
   AxisWeights weights(std::size_t p) const {
     AxisWeights out;
     for (int d = 0; d < dim; ++d) out[d] = Shape::evaluate(grid_.axes[d], points_.x[p][d]);
@@ -214,6 +228,21 @@ class Solver final : public Simulation {
     return out;
   }
 
+  /// f(std::integral_constant<Affine, ...>) for the kind of affine transfer the run uses.
+  template <class F>
+  void with_affine(F&& f) {
+    switch (affine_of(setup_.numerics.transfer)) {
+      case Affine::none: return f(std::integral_constant<Affine, Affine::none>{});
+      case Affine::moment: return f(std::integral_constant<Affine, Affine::moment>{});
+      case Affine::gradient: return f(std::integral_constant<Affine, Affine::gradient>{});
+    }
+  }
+  /// D_p of one axis: sum_k w_k (X_k - x_p)^2, kept away from zero [m2].
+  double inertia(const Weights<Shape::support>& n) const {
+    double sum = 0.0;
+    for (int k = 0; k < Shape::support; ++k) sum += n.w[k] * n.xi[k] * n.xi[k];
+    return std::max(sum, 1e-12 * setup_.numerics.h * setup_.numerics.h);
+  }
   /// f(strip) over all strips; those that run at the same time share no node and no cell.
   template <class F>
   void for_each_strip(F&& f) {
@@ -290,6 +319,7 @@ class Solver final : public Simulation {
   std::vector<double> cell_weight_, cell_value_;
   std::vector<Strip> strips_;
   std::array<int, dim> active_begin_{}, active_end_{};
+  double cell_volume_ = 0.0;  // of plane strain and 3-D, over the thickness simulated [m3]
   double drift_ = 0.0, max_speed_ = 0.0;  // since the points were binned [m]; of the last step [m/s]
   double time_ = 0.0;
   EnergyLedger ledger_;

@@ -49,35 +49,29 @@ void Solver<K, S>::clear_grid() {
 }
 
 /// Mass, momentum and internal force of the points to the nodes:
-///   m_i = sum_p w_ip m_p,  (m v)_i = sum_p w_ip m_p (v_p + B_p D_p^-1 (X_i - x_p)),  f_i = sum_p V_p sigma_p grad w_ip
-/// with D_p = sum_i w_ip (X_i - x_p)(X_i - x_p)^T, diagonal for tensor-product functions. (Compression is positive,
-/// hence the sign of f.)
+///   m_i = sum_p w_ip m_p,  (m v)_i = sum_p w_ip m_p (v_p + C_p (X_i - x_p)),  f_i = sum_p V_p sigma_p grad w_ip
+/// where C_p is the point's own gradient or B_p D_p^-1, D_p = sum_i w_ip (X_i - x_p)(X_i - x_p)^T, diagonal for
+/// tensor-product functions. (Compression is positive, hence the sign of f.)
 template <class K, class S>
 template <bool Momentum, bool Force>
 void Solver<K, S>::scatter() {
-  const bool affine = is_affine(setup_.numerics.transfer);
-  for_each_strip([&](std::size_t s) {
-    if (affine)
-      scatter_strip<Momentum, Force, true>(strips_[s]);
-    else
-      scatter_strip<Momentum, Force, false>(strips_[s]);
+  with_affine([&](auto carried) {
+    for_each_strip([&](std::size_t s) { scatter_strip<Momentum, Force, carried.value>(strips_[s]); });
   });
 }
 
 template <class K, class S>
-template <bool Momentum, bool Force, bool Affine>
+template <bool Momentum, bool Force, Affine Carried>
 void Solver<K, S>::scatter_strip(const Strip& strip) {
+  constexpr bool affine = Carried != Affine::none;
   for (std::size_t p = strip.begin; p < strip.end; ++p) {
     const AxisWeights n = weights(p);
     const double m = points_.mass[p];
     const Lanes base = lanes(m * points_.v[p], m);
     std::array<Lanes, dim> slope{};  // of the point's momentum along each axis
-    if constexpr (Affine) {
-      for (int d = 0; d < dim; ++d) {
-        double inertia = 0.0;
-        for (int k = 0; k < S::support; ++k) inertia += n[d].w[k] * n[d].xi[k] * n[d].xi[k];
-        slope[d] = lanes(points_.B[p].col(d) * (m / std::max(inertia, 1e-12 * setup_.numerics.h * setup_.numerics.h)));
-      }
+    if constexpr (affine) {
+      for (int d = 0; d < dim; ++d)
+        slope[d] = lanes(points_.affine[p].col(d) * (Carried == Affine::moment ? m / inertia(n[d]) : m));
     }
     std::array<Lanes, dim> traction;  // V sigma e_d
     Lanes hoop = Lanes{};
@@ -94,7 +88,7 @@ void Solver<K, S>::scatter_strip(const Strip& strip) {
       const auto& last = n[dim - 1];
       for (int k = 0; k < S::support; ++k) {
         if constexpr (Momentum) {
-          if constexpr (Affine)
+          if constexpr (affine)
             node[k].motion += (w * last.w[k]) * (momentum + last.xi[k] * slope[dim - 1]);
           else
             node[k].motion += (w * last.w[k]) * momentum;
@@ -104,7 +98,7 @@ void Solver<K, S>::scatter_strip(const Strip& strip) {
     };
     for (int i = 0; i < S::support; ++i) {
       Node* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
-      const Lanes along_x = Affine ? base + n[0].xi[i] * slope[0] : base;
+      const Lanes along_x = affine ? base + n[0].xi[i] * slope[0] : base;
       const double w = n[0].w[i];
       if constexpr (dim == 2) {
         Lanes gradient = Lanes{};
@@ -116,7 +110,7 @@ void Solver<K, S>::scatter_strip(const Strip& strip) {
           if constexpr (Force)
             gradient = (n[0].dw[i] * n[1].w[j]) * traction[0] + (w * n[1].dw[j]) * traction[1];
           row(plane + (n[1].first + j) * grid_.stride[1] + n[2].first, w * n[1].w[j],
-              Affine ? along_x + n[1].xi[j] * slope[1] : along_x, gradient);
+              affine ? along_x + n[1].xi[j] * slope[1] : along_x, gradient);
         }
       }
     }
@@ -232,19 +226,23 @@ void Solver<K, S>::sharpen_velocity() {
   });
 }
 
-/// From the nodes to the points: new velocity, affine moment and displacement (Velocity), grad v (Gradient), or both in one
+/// From the nodes to the points: new velocity, affine part and displacement (Velocity), grad v (Gradient), or both in one
 /// pass over the nodes.
 template <class K, class S>
 template <bool Velocity, bool Gradient>
 void Solver<K, S>::gather(double dt) {
-  const double tau = setup_.numerics.relaxation_time;
-  const double filter = tau > 0.0 ? -std::expm1(-dt / tau) : 0.0;
-  const bool affine = is_affine(setup_.numerics.transfer);
+  const auto towards_grid = [&](double tau) { return tau > 0.0 ? -std::expm1(-dt / tau) : 0.0; };
+  const Filter filter{towards_grid(setup_.numerics.relaxation_time), towards_grid(setup_.numerics.gradient_relaxation_time)};
   std::vector<Sums> sums(strips_.size());
-  for_each_strip([&](std::size_t s) {
-    sums[s] = Velocity && affine ? gather_strip<Velocity, Gradient, true>(strips_[s], filter, dt)
-                                 : gather_strip<Velocity, Gradient, false>(strips_[s], filter, dt);
-  });
+  const auto sweep = [&](auto carried) {
+    for_each_strip([&](std::size_t s) {
+      sums[s] = gather_strip<Velocity, Gradient, carried.value>(strips_[s], filter, dt);
+    });
+  };
+  if constexpr (Velocity)
+    with_affine(sweep);
+  else
+    sweep(std::integral_constant<Affine, Affine::none>{});
   if constexpr (Velocity) {
     double before = 0.0, after = 0.0;
     max_speed_ = 0.0;
@@ -260,20 +258,23 @@ void Solver<K, S>::gather(double dt) {
 }
 
 template <class K, class S>
-template <bool Velocity, bool Gradient, bool Affine>
-auto Solver<K, S>::gather_strip(const Strip& strip, double filter, double dt) -> Sums {
-  /// What one pass collects: v and its increment, the affine moment and the slope along each axis.
+template <bool Velocity, bool Gradient, Affine Carried>
+auto Solver<K, S>::gather_strip(const Strip& strip, const Filter& filter, double dt) -> Sums {
+  constexpr bool moments = Carried != Affine::none, moment_increments = Carried == Affine::gradient;
+  /// What one pass collects: v and its increment, the first moments of both and the slope of v along each axis.
   struct Collected {
     Lanes v{}, dv{};
-    std::array<Lanes, dim> moment{}, slope{};
+    std::array<Lanes, dim> moment{}, moment_increment{}, slope{};
     /// Adds `inner`, the sums along the axes after `axis`, at node k of that axis.
     void add(const Weights<S::support>& n, int k, const Collected& inner, int axis) {
       v += n.w[k] * inner.v;
       if constexpr (Velocity) dv += n.w[k] * inner.dv;
-      if constexpr (Affine) moment[axis] += (n.w[k] * n.xi[k]) * inner.v;
+      if constexpr (moments) moment[axis] += (n.w[k] * n.xi[k]) * inner.v;
+      if constexpr (moment_increments) moment_increment[axis] += (n.w[k] * n.xi[k]) * inner.dv;
       if constexpr (Gradient) slope[axis] += n.dw[k] * inner.v;
       for (int d = axis + 1; d < dim; ++d) {
-        if constexpr (Affine) moment[d] += n.w[k] * inner.moment[d];
+        if constexpr (moments) moment[d] += n.w[k] * inner.moment[d];
+        if constexpr (moment_increments) moment_increment[d] += n.w[k] * inner.moment_increment[d];
         if constexpr (Gradient) slope[d] += n.w[k] * inner.slope[d];
       }
     }
@@ -308,10 +309,19 @@ auto Solver<K, S>::gather_strip(const Strip& strip, double filter, double dt) ->
       Vec& v_p = points_.v[p];
       const double m = points_.mass[p];
       sum.kinetic_before += 0.5 * m * v_p.squaredNorm();
-      v_p = transferred(setup_.numerics.transfer, v_p, grid_velocity, Vec(unlanes(all.dv)), filter);
+      v_p = transferred(setup_.numerics.transfer, v_p, grid_velocity, Vec(unlanes(all.dv)), filter.velocity);
       sum.kinetic_after += 0.5 * m * v_p.squaredNorm();
-      if constexpr (Affine)
-        for (int d = 0; d < dim; ++d) points_.B[p].col(d) = unlanes(all.moment[d]);
+      if constexpr (Carried == Affine::moment)
+        for (int d = 0; d < dim; ++d) points_.affine[p].col(d) = unlanes(all.moment[d]);
+      if constexpr (Carried == Affine::gradient) {
+        Mat increment, grid_gradient;
+        for (int d = 0; d < dim; ++d) {
+          const double inverse = 1.0 / inertia(n[d]);
+          increment.col(d) = inverse * unlanes(all.moment_increment[d]);
+          grid_gradient.col(d) = inverse * unlanes(all.moment[d]);
+        }
+        points_.affine[p] = AffineFlip::gradient(points_.affine[p], increment, grid_gradient, filter.gradient, dt);
+      }
       displacement_[p] = dt * grid_velocity;
       sum.speed = std::max(sum.speed, grid_velocity.cwiseAbs().maxCoeff());
     }
@@ -385,7 +395,7 @@ void Solver<K, S>::update_stress(double dt) {
       const double J = (Mat3::Identity() + increment).determinant();
       step.dt = dt;
       step.void_ratio_old = points_.void_ratio[p];
-      step.void_ratio = (1.0 + step.void_ratio_old) * J - 1.0;
+      step.void_ratio = std::min((1.0 + step.void_ratio_old) * J - 1.0, loosest_void_ratio(p));
       if (!(step.void_ratio > 0.0)) sum.escaped = static_cast<std::ptrdiff_t>(p);
       points_.void_ratio[p] = step.void_ratio;
       points_.deviatoric_strain[p] += dt * std::sqrt(2.0 / 3.0) * deviator(step.D).norm();

@@ -24,7 +24,7 @@ constexpr auto with_transfer(TransferScheme scheme, F&& f) {
   }
 }
 
-constexpr bool is_affine(TransferScheme scheme) {
+constexpr Affine affine_of(TransferScheme scheme) {
   return with_transfer(scheme, [](auto transfer) { return decltype(transfer)::affine; });
 }
 

@@ -47,7 +47,7 @@ struct Block {
   Walls<dim> walls{};                  // rollers
   Numerics numerics{};
   std::function<Vec(const Vec&)> velocity = [](const Vec&) { return Vec(Vec::Zero()); };
-  Mat gradient = Mat::Zero();          // of the velocity, for the affine moment [1/s]
+  Mat gradient = Mat::Zero();          // of the velocity, for the affine transfers [1/s]
   std::function<SymTensor(const Vec&)> stress = [](const Vec&) { return SymTensor(SymTensor::Zero()); };
   std::unique_ptr<Body> body = std::make_unique<BodyOf<Inert>>(Inert(any_case()));
 
@@ -68,15 +68,17 @@ struct Block {
           for (int d = 0; d < dim; ++d)
             points.x[p][d] = h * low[static_cast<std::size_t>(d)] + pitch * (index[static_cast<std::size_t>(d)] + 0.5);
           points.v[p] = velocity(points.x[p]);
-          // B = C D with D = sum_i w_i (X_i - x)^2 of each axis
-          for (int d = 0; d < dim; ++d) {
-            // interior weights: the box shifted away from its ends
-            const auto w = Shape::evaluate(axis, points.x[p][d] + 5 * h);
-            double inertia = 0.0;
-            for (int s = 0; s < Shape::support; ++s) inertia += w.w[static_cast<std::size_t>(s)] *
-                                                                w.xi[static_cast<std::size_t>(s)] *
-                                                                w.xi[static_cast<std::size_t>(s)];
-            points.B[p].col(d) = inertia * gradient.col(d);
+          points.affine[p] = gradient;
+          if (affine_of(numerics.transfer) == Affine::moment) {  // B = C D with D = sum_i w_i (X_i - x)^2 of each axis
+            for (int d = 0; d < dim; ++d) {
+              // interior weights: the box shifted away from its ends
+              const auto w = Shape::evaluate(axis, points.x[p][d] + 5 * h);
+              double inertia = 0.0;
+              for (int s = 0; s < Shape::support; ++s) inertia += w.w[static_cast<std::size_t>(s)] *
+                                                                  w.xi[static_cast<std::size_t>(s)] *
+                                                                  w.xi[static_cast<std::size_t>(s)];
+              points.affine[p].col(d) *= inertia;
+            }
           }
           points.mass[p] = density * std::pow(pitch, dim);
           points.void_ratio[p] = void_ratio;
@@ -102,15 +104,15 @@ inline std::unique_ptr<Body> linear_elastic(double poisson_ratio) {
   return material_registry().at("linear_elastic")(scene);
 }
 
-/// Angular momentum about the origin, the affine moments included: sum m (x v_y - y v_x + B_yx - B_xy) [kg m2/s].
+/// Angular momentum about the origin, affine moments included if asked: sum m (x v_y - y v_x + B_yx - B_xy) [kg m2/s].
 template <class Simulation>
-double angular_momentum(const Simulation& s, bool affine) {
+double angular_momentum(const Simulation& s, bool moments) {
   double sum = 0.0;
   s.visit_points([&](const auto& points) {
     for (std::size_t p = 0; p < points.size(); ++p) {
       const auto& x = points.x[p];
       const auto& v = points.v[p];
-      sum += points.mass[p] * (x[0] * v[1] - x[1] * v[0] + (affine ? points.B[p](1, 0) - points.B[p](0, 1) : 0.0));
+      sum += points.mass[p] * (x[0] * v[1] - x[1] * v[0] + (moments ? points.affine[p](1, 0) - points.affine[p](0, 1) : 0.0));
     }
   });
   return sum;
