@@ -82,12 +82,12 @@ AffineFit<D> affine_fit(std::span<const Sample<D>> samples) {
     A += wX * X.transpose(), B += wX * wX.transpose();
     K += (v - U) * wX.transpose();
   }
-  const Eigen::LDLT<Eigen::Matrix<double, D, D>> ldlt(A);
-  const auto pivots = ldlt.vectorD();
-  if (!(pivots.minCoeff() > 1e-6 * A.trace())) return fit;
-  fit.gradient = ldlt.solve(K.transpose()).transpose();
+  const Eigen::LLT<Eigen::Matrix<double, D, D>> factors(A);
+  const auto pivots = factors.matrixLLT().diagonal().array().square();
+  if (factors.info() != Eigen::Success || !(pivots.minCoeff() > 1e-6 * A.trace())) return fit;
+  fit.gradient = factors.solve(K.transpose()).transpose();
 
-  const double freedom = S - S2 / S - ldlt.solve(B).trace();
+  const double freedom = S - S2 / S - factors.solve(B).trace();
   if (freedom < 0.05 * S) return fit;  // fewer independent points than the fit has constants
   double rest = 0.0;
   for (const auto& [w, x, v] : samples)
@@ -203,7 +203,7 @@ class Mapper {
                               "(sum m phi)^2 / sum (m phi)^2: points an average rests on");
 
     out_.for_cells([&](std::size_t k) {
-      for (const auto& e : points.of_cell(k)) phi_s[k] += cloud_.solid_volume[e.item] * e.value;
+      for (const auto& weight : points.of_cell(k)) phi_s[k] += cloud_.solid_volume[weight.item] * weight.value;
       e[k] = phi_s[k] > 0.0 ? (1.0 - phi_s[k]) / phi_s[k] : nan;
       const auto near = samples(points, k, cloud_.mass, cloud_.v);
       double rho = 0.0, rho2 = 0.0;
