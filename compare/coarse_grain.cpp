@@ -49,12 +49,14 @@ struct AffineFit {
       nan;  // weighted mean square of the residual, unbiased; sum over the three components
 };
 
-/// What a fit about one cell is made from: weight, position relative to the cell, and the vector.
+/// What a fit about one cell is made from, one row per point: weight, position relative to the
+/// cell, and the vector that is fitted. Columns are contiguous, so that sums over the points run in
+/// vectors.
 template <int D>
-struct Sample {
-  double w;
-  Eigen::Matrix<double, D, 1> x;
-  Vec3 v;
+struct Samples {
+  Eigen::ArrayXd w;
+  Eigen::Matrix<double, Eigen::Dynamic, D> x;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> v;
 };
 
 /// For independent fluctuations of variance s2 per component the weighted residual sum of squares
@@ -64,35 +66,31 @@ struct Sample {
 /// the velocity gradient's w^2 G:G. Where the points do not span D directions no fit exists and the
 /// result stays NaN.
 template <int D>
-AffineFit<D> affine_fit(std::span<const Sample<D>> samples) {
-  using Point = Eigen::Matrix<double, D, 1>;
+AffineFit<D> affine_fit(const Samples<D>& samples) {
+  const auto& w = samples.w;
   AffineFit<D> fit;
-  double S = 0.0, S2 = 0.0;
-  Point xbar = Point::Zero();
-  Vec3 U = Vec3::Zero();
-  for (const auto& [w, x, v] : samples) S += w, S2 += w * w, xbar += w * x, U += w * v;
+  const double S = w.sum();
   if (!(S > 0.0)) return fit;
-  xbar /= S, U /= S;
+  const Eigen::Matrix<double, 1, D> xbar = w.matrix().transpose().lazyProduct(samples.x) / S;
+  const Eigen::RowVector3d U = w.matrix().transpose().lazyProduct(samples.v) / S;
   fit.mean = U;
 
-  Eigen::Matrix<double, D, D> A = Eigen::Matrix<double, D, D>::Zero(), B = A;
-  Eigen::Matrix<double, 3, D> K = Eigen::Matrix<double, 3, D>::Zero();
-  for (const auto& [w, x, v] : samples) {
-    const Point X = x - xbar, wX = w * X;
-    A += wX * X.transpose(), B += wX * wX.transpose();
-    K += (v - U) * wX.transpose();
-  }
+  const Eigen::Matrix<double, Eigen::Dynamic, D> X = samples.x.rowwise() - xbar,
+                                                 wX = X.array().colwise() * w;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> u = samples.v.rowwise() - U;
+  const Eigen::Matrix<double, D, D> A = wX.transpose().lazyProduct(X),
+                                    B = wX.transpose().lazyProduct(wX);
+  const Eigen::Matrix<double, D, 3> K = wX.transpose().lazyProduct(u);
   const Eigen::LLT<Eigen::Matrix<double, D, D>> factors(A);
   const auto pivots = factors.matrixLLT().diagonal().array().square();
   if (factors.info() != Eigen::Success || !(pivots.minCoeff() > 1e-6 * A.trace())) return fit;
-  fit.gradient = factors.solve(K.transpose()).transpose();
+  const Eigen::Matrix<double, D, 3> G = factors.solve(K);
+  fit.gradient = G.transpose();
 
-  const double freedom = S - S2 / S - factors.solve(B).trace();
+  const double freedom = S - w.square().sum() / S - factors.solve(B).trace();
   if (freedom < 0.05 * S) return fit;  // fewer independent points than the fit has constants
-  double rest = 0.0;
-  for (const auto& [w, x, v] : samples)
-    rest += w * (v - U - fit.gradient * (x - xbar)).squaredNorm();
-  fit.variance = rest / freedom;
+  u -= X.lazyProduct(G);
+  fit.variance = (w * u.rowwise().squaredNorm().array()).sum() / freedom;
   return fit;
 }
 
@@ -163,22 +161,27 @@ class Mapper {
 
   /// The points about cell k with their `inertia` times weight and their `motion`; valid until the
   /// thread asks again.
-  std::span<const Sample<D>> samples(const Stencils& points, std::size_t k,
-                                     const std::vector<double>& inertia,
-                                     const std::vector<Vec3>& motion) const {
-    thread_local std::vector<Sample<D>> out;
-    out.clear();
+  const Samples<D>& samples(const Stencils& points, std::size_t k,
+                            const std::vector<double>& inertia,
+                            const std::vector<Vec3>& motion) const {
+    thread_local Samples<D> out;
     Point r;
     for (std::size_t a = 0, rest = k; a < D; ++a) {
       const auto n = static_cast<std::size_t>(grid_.cells[a]);
       r[a] = grid_.centre(static_cast<int>(a), static_cast<int>(rest % n));
       rest /= n;
     }
-    for (const Weight& e : points.of_cell(k)) {
-      Point x = grid_.project(cloud_.x[e.item]) - r;
+    const auto row = points.of_cell(k);
+    const auto count = static_cast<Eigen::Index>(row.size());
+    out.w.resize(count), out.x.resize(count, D), out.v.resize(count, 3);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Weight& e = row[static_cast<std::size_t>(i)];
+      out.w[i] = inertia[e.item] * e.value;
+      const Point x = grid_.project(cloud_.x[e.item]) - r;
       for (int a = 0; a < D; ++a)
-        x[a] -= e.image[static_cast<std::size_t>(a)] * grid_.cells[a] * grid_.spacing[a];
-      out.push_back({inertia[e.item] * e.value, x, motion[e.item]});
+        out.x(i, a) =
+            x[a] - e.image[static_cast<std::size_t>(a)] * grid_.cells[a] * grid_.spacing[a];
+      for (int a = 0; a < 3; ++a) out.v(i, a) = motion[e.item][a];
     }
     return out;
   }
@@ -203,20 +206,21 @@ class Mapper {
                               "(sum m phi)^2 / sum (m phi)^2: points an average rests on");
 
     out_.for_cells([&](std::size_t k) {
-      for (const auto& weight : points.of_cell(k)) phi_s[k] += cloud_.solid_volume[weight.item] * weight.value;
+      for (const auto& weight : points.of_cell(k))
+        phi_s[k] += cloud_.solid_volume[weight.item] * weight.value;
       e[k] = phi_s[k] > 0.0 ? (1.0 - phi_s[k]) / phi_s[k] : nan;
-      const auto near = samples(points, k, cloud_.mass, cloud_.v);
-      double rho = 0.0, rho2 = 0.0;
-      Vec3 rho_v = Vec3::Zero();
-      for (const auto& [m, x, v] : near) rho += m, rho2 += m * m, rho_v += m * v;
+      const auto& near = samples(points, k, cloud_.mass, cloud_.v);
+      const double rho = near.w.sum(), rho2 = near.w.square().sum();
+      const Vec3 rho_v = near.w.matrix().transpose().lazyProduct(near.v).transpose();
       density_[k] = rho;
       put(momentum, k, rho_v);
       const Vec3 V = rho > 0.0 ? Vec3(rho_v / rho) : Vec3::Constant(nan);
       put(velocity, k, V);
       number[k] = rho2 > 0.0 ? rho * rho / rho2 : 0.0;
 
-      Mat3 sigma_k = Mat3::Zero();
-      for (const auto& [m, x, v] : near) sigma_k += m * (v - V) * (v - V).transpose();
+      const Eigen::Matrix<double, Eigen::Dynamic, 3> u = near.v.rowwise() - V.transpose(),
+                                                     wu = u.array().colwise() * near.w;
+      const Mat3 sigma_k = near.w.size() ? Mat3(wu.transpose().lazyProduct(u)) : Mat3::Zero();
       put(kinetic_, k, sigma_k);
       one[k] = rho > 0.0 ? sigma_k.trace() / (3.0 * rho) : nan;
 
@@ -247,9 +251,8 @@ class Mapper {
         "rotational_temperature", "m2/s2", 1,
         "sum I |w'|^2 phi / (3 sum m phi), w' about the affine fit, corrected for self-inclusion");
     out_.for_cells([&](std::size_t k) {
-      const auto near = samples(points, k, cloud_.inertia, cloud_.spin);
-      double inertia = 0.0;
-      for (const auto& sample : near) inertia += sample.w;
+      const auto& near = samples(points, k, cloud_.inertia, cloud_.spin);
+      const double inertia = near.w.sum();
       const auto fit = affine_fit<D>(near);
       T[k] = density_[k] > 0.0 ? fit.variance * inertia / (3.0 * density_[k]) : nan;
     });

@@ -28,18 +28,22 @@ STEP = 0.1  # between rows of the table [sqrt(H/g)]
 
 
 def shares(path: Path) -> pd.DataFrame:
-    """Dissipated so far over the energy released in the end, one column per part, at multiples of STEP [sqrt(H/g)]."""
+    """Dissipated so far over the energy released in the end, one column per part, at multiples of STEP [sqrt(H/g)].
+
+    Thresholds that the sampling interval does not resolve are left out: every contact seen once is older.
+    """
     with h5py.File(path) as file:
         if "lifetime" not in file:
             raise CaseError(f"{path}: no split of the dissipation (dem.audit_interval = 0, or a plain script)")
         threshold = parse(file.attrs["case_resolved"]).values["dem"]["lifetime_threshold"]
         energy = {name: values[()] for name, values in file["energy"].items()}
         enduring, multiples = file["lifetime/dissipated_enduring"][()], file["lifetime/multiples"][()]
+        youngest = file["lifetime"].attrs["interval"] / file["lifetime"].attrs["unit_time"]  # [contact times]
         time = energy["time"] / file.attrs["time_scale"]
     released = energy["potential"][0] - energy["potential"][-1]
     contacts = energy["dissipated_normal"] + energy["dissipated_tangential"]
     parts = {"normal": energy["dissipated_normal"], "tangential": energy["dissipated_tangential"], "total": energy["dissipated"]}
-    parts |= {f"short_{threshold * m:g}": contacts - enduring[:, k] for k, m in enumerate(multiples)}
+    parts |= {f"short_{threshold * m:g}": contacts - enduring[:, k] for k, m in enumerate(multiples) if threshold * m >= youngest}
     at = np.arange(0, time[-1] + 1e-9, STEP)
     return pd.DataFrame({"time": at} | {name: np.interp(at, time, values / released) for name, values in parts.items()})
 
@@ -72,7 +76,7 @@ def draw(found: pd.DataFrame):
             axes.set(xlabel="time [√(H/g)]", xlim=(0, None), ylim=(0, None))
         line(left, "normal", "normal damping", "#1f5fa8")
         line(left, "tangential", "friction and tangential damping", "#c8561b")
-        for name, shade in zip(thresholds, ("#9db8a0", "#2e7d46", "#1f5fa8", "#c8561b")):
+        for name, shade in zip(thresholds, ("#2e7d46", "#1f5fa8", "#c8561b", "#7a4a9e")):
             line(right, name, f"shorter than {name.removeprefix('short_')} contact times", shade)
         left.set(title="by direction", ylabel="dissipated / energy released")
         right.set(title="by lifetime of the contact")

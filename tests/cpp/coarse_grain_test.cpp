@@ -447,6 +447,38 @@ TEST(CoarseGrain, MaterialPointsKeepTheirOwnState) {
   EXPECT_NEAR(f["stress_ratio"].values[205], von_mises(from_matrix(s)) / (19.0 / 3.0), 1e-12);
 }
 
+TEST(CoarseGrain, DerivedFieldsOfAKnownShearUnderAKnownStress) {
+  // v = (rate y, -a y, 0): L = [[0, rate], [0, -a]], so D = -sym L, compression positive.
+  const double rate = 30.0, a = 4.0;
+  Cloud c = gas(6000, Vec3::Zero(), {0.04, 0.04, 0.01}, 0.0, Vec3::Zero(), 12);
+  for (std::size_t p = 0; p < c.size(); ++p) c.v[p] = {rate * c.x[p].y(), -a * c.x[p].y(), 0.0};
+  Mat3 s;
+  s << 300.0, -80.0, 0.0, -80.0, 500.0, 0.0, 0.0, 0.0, 400.0;
+  c.void_ratio.assign(c.size(), 0.7), c.granular_temperature.assign(c.size(), 0.0);
+  c.stress.assign(c.size(), from_matrix(s));
+  const auto grid = box<2>(Vec3::Zero(), {0.04, 0.04, 0.0}, d, Edge::mirror, 0.01);
+  const Fields f = map<2>(c, grid);
+  const std::size_t k = 10 * 20 + 10;
+  // sum V sigma phi is the stress times the share of space that the points' volumes fill.
+  const double fill = f["stress_state"].values[9 * k] / 300.0, p = 400.0 * fill;
+  Mat3 D;
+  D << 0.0, -0.5 * rate, 0.0, -0.5 * rate, a, 0.0, 0.0, 0.0, 0.0;
+  const double tolerance = 1e-9 * rate;  // of the fit: round-off of |v|/w, a thousand times over
+  for (int i = 0; i < 9; ++i)
+    EXPECT_NEAR(f["strain_rate"].values[9 * k + static_cast<std::size_t>(i)], D(i / 3, i % 3),
+                tolerance);
+  const double dev2 = 0.5 * rate * rate + a * a - a * a / 3.0;  // dev D : dev D
+  EXPECT_NEAR(f["shear_rate"].values[k], std::sqrt(2.0 * dev2), tolerance);
+  EXPECT_NEAR(f["pressure"].values[k], p, 1e-9 * p);
+  const double q = fill * std::sqrt(1.5 * (2.0 * 100.0 * 100.0 + 2.0 * 80.0 * 80.0));
+  EXPECT_NEAR(f["deviatoric_stress"].values[k], q, 1e-9 * q);
+  EXPECT_NEAR(f["stress_ratio"].values[k], q / p, 1e-9);
+  EXPECT_NEAR(f["inertial_number"].values[k], std::sqrt(2.0 * dev2) * d / std::sqrt(p / 2500.0),
+              1e-9);
+  EXPECT_NEAR(f["stress_power"].values[k], fill * (2.0 * 80.0 * 0.5 * rate + 500.0 * a),
+              1e-9 * fill * 5000.0);
+}
+
 TEST(CoarseGrain, ThreadsDoNotChangeABit) {
   const Vec3 upper(0.03, 0.03, 0.02);
   const Cloud c = gas(3000, Vec3::Zero(), upper, 0.02, {0.5, 0.0, 0.0}, 10);

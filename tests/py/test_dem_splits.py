@@ -10,7 +10,7 @@ from dem_reference.approximations import MEASURES, deviations
 from dem_reference.splits import shares, table
 
 
-def write(path, normal, enduring=(0.6, 0.4, 0.3, 0.2)):
+def write(path, normal, enduring=(0.6, 0.4, 0.3, 0.2), interval=0.9):
     """A run that releases 2 J evenly over 1 s = 2 sqrt(H/g): `normal` J by normal damping, the rest of 2 J tangentially."""
     time = np.linspace(0, 1, 11)
     with h5py.File(path, "w") as file:
@@ -20,6 +20,7 @@ def write(path, normal, enduring=(0.6, 0.4, 0.3, 0.2)):
         file["energy/potential"] = 5 - 2 * time
         file["lifetime/dissipated_enduring"] = np.outer(time, enduring)
         file["lifetime/multiples"] = [0.5, 1, 2, 4]
+        file["lifetime"].attrs.update(interval=interval, unit_time=1.0)
     return path
 
 
@@ -30,6 +31,11 @@ def test_shares_are_of_the_energy_released(tmp_path):
     assert [last[name] for name in ("normal", "tangential", "total")] == pytest.approx([0.25, 0.75, 1.0])
     assert [last[f"short_{k}"] for k in (1, 2, 4, 8)] == pytest.approx([0.7, 0.8, 0.85, 0.9])  # (2 - enduring) / 2
     assert middle["normal"] == pytest.approx(0.125)
+
+
+def test_a_threshold_below_the_sampling_interval_is_left_out(tmp_path):
+    found = shares(write(tmp_path / "a.h5", 0.5, interval=1.5))
+    assert "short_1" not in found and "short_2" in found
 
 
 def test_the_scatter_is_that_of_the_runs(tmp_path):
