@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from compare import cli
-from dem_reference.axisymmetric import edge
+from dem_reference.edge import edge
 from dem_reference.fluctuation import cylindrical
 from dem_reference.run import main
 from dem_reference.void_ratio import quarter_bulk_box, void_ratio
@@ -64,6 +64,7 @@ def test_edge_of_a_known_disc():
     x, z = np.meshgrid(np.arange(0.5, 40), np.arange(0.5, 40))
     r = np.hypot(x, z).ravel()
     assert edge(np.append(r[r < 20], 35.0), 1.0) == pytest.approx(20.0, abs=1.0)
+    assert edge(np.append(x[:, :20].ravel(), 35.0), 1.0, width=40.0) == pytest.approx(20.0)
 
 
 def test_radial_expansion_is_one_velocity_about_the_axis():

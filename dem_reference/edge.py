@@ -1,0 +1,67 @@
+"""Run-out by the edge of the deposit, as published run-outs have it: single grains ahead of it do not count.
+
+    python3 -m dem_reference.edge DEM.h5... [-o TABLE.csv]
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from compare.case import parse
+
+from .ensemble import save
+from .summary import scalars
+
+SHARE = 0.3  # of a monolayer, that a strip of the deposit must hold
+KEPT = ("seed", "run_out", "run_out_99", "height_at_wall", "kinetic_energy_peak", "kinetic_energy_peak_time", "dissipated_short",
+        "dissipated_enduring", "unaccounted", "void_ratio", "grains", "kinetic_energy_end")
+
+
+def edge(distance: np.ndarray, diameter: float, *, width: float | None = None) -> float:
+    """Where the deposit ends [m]: near side of the first strip, one diameter wide, with less than SHARE of a close-packed monolayer.
+
+    Followed outwards, so that a few grains that came to rest together far ahead do not count. distance: of the grains (n,)
+    [m], from the wall of a slab of `width` [m], or from the axis of a quarter of a cylinder when there is none.
+    """
+    count = np.bincount((distance / diameter).astype(int))
+    k = np.arange(count.size)
+    area = np.full(count.size, width * diameter) if width else np.pi / 4 * diameter**2 * (2 * k + 1)
+    grain = np.sqrt(3) / 2 * diameter**2  # area of a grain in a close-packed layer
+    thin = np.flatnonzero(count * grain < SHARE * area)
+    return float(thin[0] if thin.size else count.size) * diameter
+
+
+def row(path: Path) -> dict[str, float]:
+    """Aspect ratio, run-out by the edge of the deposit [L0], and what summary.py says of the run."""
+    with h5py.File(path) as file:
+        geometry = parse(file.attrs["case_resolved"]).values["geometry"]
+        cloud = file[f"data/{file.attrs['steps']}/particles/cloud"]
+        grains = cloud["kind"][()] == 1
+        x, z = cloud["position/x"][()][grains], cloud["position/z"][()][grains]
+        d = 2 * float(cloud["radius"][0])
+    radial = geometry["dimension"] == "axisymmetric"
+    front = edge(np.hypot(x, z), d) if radial else edge(np.maximum(x, 0), d, width=geometry["thickness"])
+    found = scalars(path)
+    return {"aspect_ratio": geometry["height"] / geometry["length"], "run_out_edge": front / geometry["length"] - 1,
+            **{name: found[name] for name in KEPT}}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="dem_reference.edge", description=__doc__.split("\n")[0])
+    parser.add_argument("runs", nargs="+", type=Path, metavar="DEM.h5")
+    parser.add_argument("-o", "--output", type=Path, help="table (CSV) with a row per run")
+    options = parser.parse_args()
+    table = pd.DataFrame([row(path) for path in options.runs]).sort_values(["aspect_ratio", "seed"])
+    if options.output:
+        save(table, options.output, " ".join(["python3 -m dem_reference.edge", *sys.argv[1:]]),
+             "run-outs in L0 (R0): edge of the deposit, 99.5 % and 99 % of mass; other units as in an ensemble's table")
+    print(table.to_string(index=False, float_format=lambda value: f"{value:.4g}"))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
