@@ -17,7 +17,7 @@ CLASSES = {"ok": ("o", "#2c7a4b"), "energy growth": ("^", "#b3261e"), "energy dr
 def draw(planes: list[dict], rows: list[list], scene, path: Path) -> str:
     columns = 3
     with plt.rc_context(STUDY_STYLE):
-        lines = -(-len(planes) // columns)
+        lines = len(planes) // columns + 1  # the last panel is the legend's
         figure, axes = plt.subplots(lines, columns, figsize=(11.0, 3.3 * lines), squeeze=False, layout="constrained")
         tips, seen = {}, set()
         for n, (ax, plane) in enumerate(zip(axes.ravel(), planes)):
@@ -47,7 +47,7 @@ def draw(planes: list[dict], rows: list[list], scene, path: Path) -> str:
                     plt.Line2D([], [], color="#1f5fa8", ls="--", label="claimed limit"),
                     plt.Line2D([], [], color="#b0367a", ls="-.", label="relaxation of temperature"),
                     plt.Line2D([], [], color="#8a8f98", ls=":", label="default")]
-        figure.legend(handles=handles, loc="outside lower center", ncols=6, fontsize=8)
+        axes.ravel()[-1].legend(handles=handles, loc="center", ncols=2, fontsize=8)
         return save(figure, path, tips)
 
 
