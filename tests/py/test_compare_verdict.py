@@ -1,11 +1,15 @@
 """Verdicts that agree, differ and abstain where they should; error rates checked by simulation."""
 
+from pathlib import Path
+
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from compare import verdict
+from compare.controls import WORDS
 
 
 def test_close_ensembles_agree():
@@ -58,3 +62,16 @@ def test_verdict_depends_on_differences_only(values, margin, shift):
     (["within margin"], "within margin"), (["within margin", "outside margin"], "outside margin"), ([], "unresolved")])
 def test_overall(words, expected):
     assert verdict.overall(words) == expected
+
+
+@pytest.mark.parametrize("path", sorted(Path("cases").glob("*/reference/verdicts.csv")), ids=lambda path: path.parts[1])
+def test_every_committed_table_of_verdicts_rejected_its_controls(path):
+    overall = path.read_text().splitlines()[2]
+    assert [f"control_{name} rejected" in overall for name in WORDS] == [True, True, True]
+    table = pd.read_csv(path, comment="#")
+    for name in WORDS:
+        assert (table[name] == "differ").any()
+    # the verdict follows from the numbers beside it
+    for _, row in table.iterrows():
+        low, high = abs(row["difference"]) - row["half_width"], abs(row["difference"]) + row["half_width"]
+        assert row["verdict"] == ("agree" if high <= row["margin"] else "differ" if low > row["margin"] else "unresolved")
