@@ -59,16 +59,18 @@ def limit(plane: dict, value: float, scene: Case) -> float:
     return min(0.25, impact.least_steps_fraction(scene.path, sets, value))
 
 
-def relaxation_limit(plane: dict, row: dict, scene: Case) -> float:
-    """Share of the claimed limit at which an explicit step of granular temperature overshoots zero, where the plane takes one; at
-    e <= e_c, with L = d: (3/2) kap T_dot = -Q T, so dt = 3/2 kap/Q, kap = 24/(5 sqrt(pi)) sqrt(rho/E), Q = 12 (1 - ee^2)/(sqrt(pi) d)
-    (mpm/materials/kinetic_theory.hpp). NaN for the other planes."""
-    run = next((run for run in row["runs"] if "dt" in run), None)
-    if plane.get("set", {}).get("material.temperature_update") != "explicit" or run is None:
+def relaxation_limit(plane: dict, value: float, scene: Case) -> float:
+    """Share of the claimed limit at which an explicit step of granular temperature overshoots zero, where the plane takes one and
+    its rows are cell sizes; NaN elsewhere. At e <= e_c, with L = d: (3/2) kap T_dot = -Q T, so dt = 3/2 kap/Q with
+    kap = 24/(5 sqrt(pi)) sqrt(rho/E), Q = 12 (1 - ee^2)/(sqrt(pi) d) (mpm/materials/kinetic_theory.hpp); the claimed limit there is
+    that of the critical-state locus, h/(c sqrt(2)), c = sqrt(a_L E/rho)."""
+    if plane.get("set", {}).get("material.temperature_update") != "explicit" or plane["across"] != "mpm.cell_size":
         return math.nan
-    softness = 24.0 / (5.0 * math.sqrt(math.pi)) * math.sqrt(scene["grains.density"] / scene["grains.young_modulus"])
+    density, modulus = scene["grains.density"], scene["grains.young_modulus"]
+    softness = 24.0 / (5.0 * math.sqrt(math.pi)) * math.sqrt(density / modulus)
     loss = 12.0 * (1.0 - scene["material.effective_restitution"] ** 2) / (math.sqrt(math.pi) * scene["grains.diameter"])
-    return 1.5 * softness / loss / (run["dt"] / run["value"])
+    wave = math.sqrt(scene["material.critical_state_slope"] * modulus / density)
+    return 1.5 * softness / loss * wave * math.sqrt(2.0) / value
 
 
 def damping(point: dict, scene: Case) -> float:

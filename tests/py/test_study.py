@@ -129,16 +129,17 @@ def small_frontier(tmp_path_factory):
 
 
 def test_the_frontier_of_the_smallest_column_says_what_it_said(small_frontier):
-    """In the deposit a tenth of the grains' price buys an error below 15 %; PIC pays more for a worse one; too large a step fails."""
+    """On a coarse grid the simple law is as near the grains as the dearer one, within their scatter, and cheaper than either; PIC
+    pays more for more than twice the error; too large a step fails."""
     _, points = small_frontier
-    plain = points[(points["series"] == "law and cell size") & (points["status"] == "ok")]
-    pic = points[points["transfer"] == "pic"].iloc[0]
-    default = plain[(plain["law"] == "lade_duncan") & (plain["cell_size"] == 0.002)].iloc[0]
-    assert (plain["error_deposit"] < 0.15).all()
-    assert pic["error_deposit"] > 2.0 * default["error_deposit"]
-    assert points.loc[points["time_step_fraction"] == 5.0, "status"].item() != "ok"
     grains = json.loads((CI / "reference" / "grains.json").read_text())
-    assert frontier.grain_cost(grains) > 4.0 * plain["cost"].min()
+    plain = points[points["series"] == "law and cell size"].set_index(["law", "cell_size"])
+    simple, dear, default = (plain.loc[key] for key in (("mu_i", 0.004), ("lade_duncan", 0.004), ("lade_duncan", 0.002)))
+    pic = points[points["transfer"] == "pic"].iloc[0]
+    assert simple["error_deposit"] < dear["error_deposit"] + frontier.band(grains, "deposit")
+    assert simple["cost"] < dear["cost"] and simple["cost"] < frontier.grain_cost(grains) / 4.0
+    assert pic["error_deposit"] > 2.0 * max(default["error_deposit"], dear["error_deposit"])
+    assert points.loc[points["time_step_fraction"] == 5.0, "status"].item() != "ok"
 
 
 def test_each_point_of_the_page_tells_its_recipe_and_command(small_frontier):
@@ -153,7 +154,7 @@ def test_named_failures_are_detected_and_absent_at_the_defaults():
     class Options:
         jobs, profile = 2, None
     scene = case.load(CI)
-    quick = [one for one in recipe.study(scene, "atlas")["failure"] if one["expect"] in ("noise", "locking", "energy growth")]
+    quick = [one for one in recipe.study(scene, "atlas")["failure"] if one["name"] in ("FLIP noise", "volumetric locking", "step beyond the limit")]
     pairs = [atlas.recipes_of(one, 60.0) for one in quick]
     points = sweep.run_recipes(scene, [one for pair in pairs for one in pair], Options)
     table = atlas.failure_table(quick, list(zip(points[::2], points[1::2])), scene)

@@ -34,7 +34,7 @@ def draw(planes: list[dict], rows: list[list], scene, path: Path) -> str:
             between = [np.sqrt(row["good"] * row["bad"]) if np.isfinite(row["good"] * row["bad"]) else np.nan for _, row in rows[n]]
             ax.plot(between, heights, "-", color=INK, lw=1.4, zorder=1)
             ax.plot([limit(plane, value, scene) for value, _ in rows[n]], heights, "--", color="#1f5fa8", lw=1.4, zorder=1)
-            ax.plot([relaxation_limit(plane, row, scene) for _, row in rows[n]], heights, "-.", color="#b0367a", lw=1.4, zorder=1)
+            ax.plot([relaxation_limit(plane, value, scene) for value, _ in rows[n]], heights, "-.", color="#b0367a", lw=1.4, zorder=1)
             ax.axvline(default_of(plane, scene), color="#8a8f98", ls=":", lw=1.4, zorder=1)
             ax.set(xscale="log", title=plane["name"], xlabel=plane["along"].replace("_", " "))
             ax.set_yticks(heights, [f"{value:g}" for value, _ in rows[n]])
