@@ -157,6 +157,7 @@ class Solver final : public Simulation {
   Points<dim>& points() { return points_; }
 
  private:
+  friend struct SolverStages;  // times the stages one by one
   static constexpr int strip_width = 5;  // cells; supports reach at most 3 cells beyond, drift one more
   using AxisWeights = std::array<Weights<Shape::support>, dim>;
 

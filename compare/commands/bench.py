@@ -1,0 +1,88 @@
+"""Speed of the continuum's step, its stages, its laws, the mapping and the output, as a fraction of what this machine can do.
+
+Everything is timed in one run, in processor time: point-steps per second of one core, beside the same figure of bare
+kernels (mpm/bare_kernels.hpp), the bandwidth of a triad and the rate of multiply-adds. Compare ratios, not seconds.
+"""
+import json
+import os
+import subprocess
+
+from compare.errors import EngineError
+from compare.programs import program
+
+QUICK = "points:14400/|triad|multiply_add"
+
+
+def arguments(parser):
+    parser.add_argument("--quick", action="store_true", help="14 400 points only: under two minutes")
+    parser.add_argument("--json", action="store_true", help="print a list of records instead of a table")
+
+
+def run(options) -> int:
+    rows = records(options.quick)
+    print(json.dumps(rows, indent=1) if options.json else table(rows))
+    return 0
+
+
+def records(quick: bool) -> list[dict]:
+    """One record per measurement: what was run, points, point-steps per core and second, fractions of the limits."""
+    settings = ["--benchmark_min_time=0.2"] + ([f"--benchmark_filter={QUICK}"] if quick else [])
+    measured = [record(entry) for entry in timed("step_benchmark", settings)]
+    measured += [law_record(entry) for entry in timed("law_benchmark", ["--benchmark_min_time=0.1", "--benchmark_filter=mixed"])]
+    measured += [mapping_record(entry) for entry in timed("tests/coarse_grain_benchmark", ["--benchmark_min_time=0.2"])]
+    bare = {(row["dimension"], row["points"]): row["point_steps_per_core_second"]
+            for row in measured if row["benchmark"] == "bare_kernels"}
+    for row in measured:
+        limit = min((key for key in bare if key[0] == row.get("dimension")), default=None,
+                    key=lambda key: abs(key[1] / row["points"] - 1.0))
+        if limit and row["benchmark"] == "step":
+            row["fraction_of_bare_kernel"] = row["point_steps_per_core_second"] / bare[limit]
+    return measured
+
+
+def timed(name: str, settings: list[str]) -> list[dict]:
+    """Entries of a Google Benchmark program; threads that wait sleep, so that their time is not counted."""
+    command = [str(program(name)), "--benchmark_format=json", *settings]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, "OMP_WAIT_POLICY": "passive"})
+    if done.returncode:
+        raise EngineError(f"{name}: {done.stderr.strip().splitlines()[-1] if done.stderr.strip() else 'ended early'}")
+    return json.loads(done.stdout)["benchmarks"]
+
+
+def record(entry: dict) -> dict:
+    """A step, a stage or a limit; its name holds key:value pairs."""
+    pairs = dict(part.split(":", 1) for part in entry["name"].split("/") if ":" in part)
+    row = {key: int(value) if key in ("dimension", "threads") else value for key, value in pairs.items() if key != "points"}
+    if row["benchmark"] == "triad":
+        return row | {"bytes_per_second": entry["bytes_per_second"]}
+    if row["benchmark"] == "multiply_add":
+        return row | {"flops_per_second": entry["flops"]}
+    seconds = entry["cpu_time"] * {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}[entry["time_unit"]]
+    row |= {"points": int(entry["points"]), "point_steps_per_core_second": entry["points"] / seconds}
+    return row | ({"bytes_per_point": entry["bytes_per_point"]} if "bytes_per_point" in entry else {})
+
+
+def law_record(entry: dict) -> dict:
+    """A law's update alone, points in every regime."""
+    law, integrator, _ = entry["name"].split("/")[:3]
+    return {"benchmark": "law", "law": law, "integrator": integrator, "threads": 1,
+            "point_steps_per_core_second": 1e9 / (entry["ns/point"] * 1e9)}
+
+
+def mapping_record(entry: dict) -> dict:
+    """The averaging of grains: pairs of a point or a branch and a node, per second of a core."""
+    return {"benchmark": "mapping", "case": entry["name"], "threads": 1,
+            **{key: entry[key] for key in entry if key.endswith("per_second") or key.endswith("/s") or key == "pairs"}}
+
+
+def table(rows: list[dict]) -> str:
+    lines = []
+    for row in rows:
+        what = " ".join(str(row[key]) for key in ("benchmark", "dimension", "shape", "law", "integrator", "case", "threads", "points")
+                        if key in row)
+        figures = [f"{row['point_steps_per_core_second'] / 1e6:8.2f} M point-steps per core-second"] if "point_steps_per_core_second" in row else []
+        figures += [f"{row['fraction_of_bare_kernel']:.2f} of bare kernels"] if "fraction_of_bare_kernel" in row else []
+        figures += [f"{row['bytes_per_point']:.0f} bytes per point"] if "bytes_per_point" in row else []
+        figures += [f"{row[key]:.3g} {key.replace('_', ' ')}" for key in row if key.endswith("per_second") and not key.startswith("point")]
+        lines.append(f"{what:<72} {', '.join(figures)}")
+    return "\n".join(lines)
