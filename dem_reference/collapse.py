@@ -61,7 +61,8 @@ def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -
 def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dict, report) -> None:
     """Runs the collapse in this process and writes `target`.
 
-    Ends at rest (kinetic energy below time.rest_kinetic_energy of its peak, past the peak) or at time.maximum.
+    Ends at rest (kinetic energy on the floor below time.rest_kinetic_energy of its peak, past the peak) or at time.maximum.
+    Grains that have rolled off the floor's end never stop, and the deposit does not wait for them.
     """
     began = time.monotonic(), time.process_time()
     grains, plan, geometry = Grains.of(case), Plan.of(case), case["geometry"]
@@ -104,7 +105,7 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
             audit.row(shot, now)
             peak = max(peak, shot.kinetic)
             report(step / plan.last, f"collapse t = {now / plan.scale:.2f} sqrt(H/g)")
-            if now > plan.scale and shot.kinetic < case["time"]["rest_kinetic_energy"] * peak:
+            if now > plan.scale and kinetic_on_floor(shot, case) < case["time"]["rest_kinetic_energy"] * peak:
                 reason = "rest"
         if step % plan.frame == 0 or reason == "rest" or step >= plan.last:
             result.frame(step, now, shot, case["output"]["contacts"])
@@ -120,13 +121,24 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
            time.monotonic() - began[0])
 
 
+def beyond_floor(shot: Snapshot, case: dict) -> np.ndarray:
+    """Which of the moving grains have left the floor at its end (n,)."""
+    x, _, z = shot.atoms["x"][shot.mobile].T
+    return (np.hypot(x, z) if scene.axisymmetric(case) else x) > case["geometry"]["floor_length"]
+
+
+def kinetic_on_floor(shot: Snapshot, case: dict) -> float:
+    """Translational kinetic energy of the moving grains that are still on the floor [J]."""
+    v = shot.atoms["v"][shot.mobile][~beyond_floor(shot, case)]
+    return shot.grains.mass / 2 * float((v * v).sum())
+
+
 def finish(result: Result, packing: Path, case: dict, shot: Snapshot, plan: Plan, reason: str, step: int, force_error: float,
            cpu: float, wall: float) -> None:
     """Closes a result with its packing and what is known only at the end."""
     result.packing(packing / "packing.h5")
     packing_cpu = float(result.file["packing"].attrs["cpu_seconds"])
-    x, _, z = shot.atoms["x"][shot.mobile].T
-    beyond = (np.hypot(x, z) if scene.axisymmetric(case) else x) > case["geometry"]["floor_length"]
+    beyond = beyond_floor(shot, case)
     result.file.attrs.update(
         end_reason=reason, steps=step, time_scale=plan.scale, cpu_seconds=cpu + packing_cpu, cpu_seconds_collapse=cpu,
         cpu_seconds_packing=packing_cpu, wall_seconds=wall, force_error=force_error, grains_beyond_floor=int(beyond.sum()))

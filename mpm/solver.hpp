@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <cstring>
 #include <numeric>
 #include <stdexcept>
 
@@ -225,6 +226,11 @@ class Solver final : public Simulation {
   }
   static Vec unlanes(const Lanes& a) {
     Vec out;
+    if constexpr (dim == 2) {  // stored whole: what is stored by parts and loaded whole waits for the cache
+      const auto pair = __builtin_shufflevector(a, a, 1, 2);
+      std::memcpy(out.data(), &pair, sizeof(pair));
+      return out;
+    }
     for (int d = 0; d < dim; ++d) out[d] = a[d + 1];
     return out;
   }

@@ -326,12 +326,15 @@ auto Solver<K, S>::gather_strip(const Strip& strip, const Filter& filter, double
       sum.speed = std::max(sum.speed, grid_velocity.cwiseAbs().maxCoeff());
     }
     if constexpr (Gradient) {
-      Mat3 L = Mat3::Zero();
-      for (int d = 0; d < dim; ++d) L.col(d).template head<dim>() = unlanes(all.slope[d]);
-      if constexpr (K::axisymmetric) L(2, 2) = grid_velocity[0] / points_.x[p][0];
+      const auto L = [&](int i, int j) {  // dv_i/dx_j
+        if (K::axisymmetric && i == 2 && j == 2) return grid_velocity[0] / points_.x[p][0];
+        return i < dim && j < dim ? all.slope[static_cast<std::size_t>(j)][i + 1] : 0.0;
+      };
+      constexpr double r = 1.0 / std::numbers::sqrt2;
       Deformation& step = deformation_[p];
-      step.D = from_matrix(-L);  // compression positive
-      step.spin = 0.5 * Vec3(L(2, 1) - L(1, 2), L(0, 2) - L(2, 0), L(1, 0) - L(0, 1));
+      step.D << -L(0, 0), -L(1, 1), -L(2, 2),  // compression positive
+          -r * (L(0, 1) + L(1, 0)), -r * (L(1, 2) + L(2, 1)), -r * (L(2, 0) + L(0, 2));
+      step.spin << 0.5 * (L(2, 1) - L(1, 2)), 0.5 * (L(0, 2) - L(2, 0)), 0.5 * (L(1, 0) - L(0, 1));
     }
   }
   return sum;

@@ -1,0 +1,26 @@
+"""The bench command: what it prints is what the benchmark programs measured."""
+
+import json
+
+from compare.commands import bench
+
+
+def test_records_of_a_small_run():
+    entries = bench.timed("step_benchmark", ["--benchmark_min_time=0.01", "--benchmark_filter=dimension:2/.*threads:1/points:1000/|multiply_add"])
+    rows = [bench.record(entry) for entry in entries]
+    assert {row["benchmark"] for row in rows} == {"multiply_add", "step"}
+    step = next(row for row in rows if row["benchmark"] == "step")
+    assert (step["dimension"], step["threads"], step["law"]) == (2, 1, "drucker_prager")
+    assert abs(step["points"] / 1000 - 1.0) < 0.1  # a whole number of cells a side
+    entry = next(entry for entry in entries if "benchmark:step" in entry["name"])
+    assert abs(step["point_steps_per_core_second"] * entry["cpu_time"] * 1e-9 / step["points"] - 1.0) < 1e-12
+    json.dumps(rows)
+
+
+def test_a_step_costs_more_than_the_bare_kernels():
+    """The bare kernels are a limit: a step that beat them would mean that they, or the step, leave something out."""
+    entries = bench.timed("step_benchmark", ["--benchmark_min_time=0.05", "--benchmark_filter=(bare_kernels|law:drucker_prager).*threads:1/points:14400/"])
+    rate = {(row["benchmark"], row["dimension"]): row["point_steps_per_core_second"] for row in map(bench.record, entries)
+            if row["shape"] == "quadratic_bspline"}
+    for dimension in (2, 3):
+        assert rate["step", dimension] < rate["bare_kernels", dimension]
