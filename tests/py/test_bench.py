@@ -24,3 +24,13 @@ def test_a_step_costs_more_than_the_bare_kernels():
             if row["shape"] == "quadratic_bspline"}
     for dimension in (2, 3):
         assert rate["step", dimension] < rate["bare_kernels", dimension]
+
+
+def test_laws_and_mapping_have_rates():
+    laws = [bench.law_record(entry) for entry in bench.timed("law_benchmark", ["--benchmark_min_time=0.01", "--benchmark_filter=linear_elastic/.*mixed"])]
+    # between a microsecond and a nanosecond a point, on any machine that builds this
+    assert all(1e6 < row["point_steps_per_core_second"] < 1e9 for row in laws) and laws
+    frames = [bench.mapping_record(entry) for entry in
+              bench.timed("tests/coarse_grain_benchmark", ["--benchmark_min_time=0.01", "--benchmark_filter=/7000$"])
+              if entry["run_type"] == "iteration"]
+    assert frames and all(row["pairs_per_second"] > row["contacts_per_second"] > 0.0 for row in frames)
