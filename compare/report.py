@@ -8,7 +8,6 @@ import argparse
 import base64
 import io
 import json
-import os
 import shutil
 import sys
 import tempfile
@@ -21,6 +20,7 @@ import matplotlib.pyplot as plt
 from compare import comparison, controls
 from compare.charts import STYLE, all_charts
 from compare.errors import CaseError, EngineError
+from compare.files import write_atomically
 from compare.width_study import study
 
 HEADLINES = {"run_out": "Run-out", "final_height": "Final height", "kinetic_energy_peak_time": "Time of the kinetic-energy peak",
@@ -36,12 +36,6 @@ class Figure:
     sentence: str
     wide: str  # data URI
     narrow: str
-
-
-def write_atomically(path: Path, text: str):
-    part = path.with_name(path.name + ".part")
-    part.write_text(text)
-    os.replace(part, path)
 
 
 def draw(chart, c, folder: Path) -> Figure | None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from compare.controls import WORDS
+from compare.files import write_table
 
 ENTRIES = {"unit": "unit", "mpm": "continuum", "dem": "grains", "dem_std": "grains_deviation", "margin": "margin",
            "half_width": "half_width", "verdict": "verdict"}
@@ -37,8 +38,4 @@ def write(metrics: dict, runs: list, path: Path, command: str) -> None:
     seeds = " ".join(str(run.attributes["seed"]) for run in runs if run.engine == "dem")
     header = [f"command: {command}", f"runs made by: {commits}; seeds of the grains: {seeds}",
               "overall: " + "; ".join(f"{name} {word}" for name, word in judged.items())]
-    text = "".join(f"# {line}\n" for line in header) + table(metrics).to_csv(index=False, float_format="%.4g")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f".{path.name}")
-    draft.write_text(text)
-    draft.replace(path)
+    write_table(path, header, table(metrics))

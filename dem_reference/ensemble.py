@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
+from compare import files
 from compare.case import load
 from compare.errors import CaseError, EngineError
 
@@ -39,11 +40,7 @@ def save(table: pd.DataFrame, target: Path, command: str, note: str) -> None:
     """A table as CSV below comment lines that say where it comes from; appears complete or not at all."""
     today = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d")
     header = [f"command: {command}", f"commit: {commit()}  date: {today}  machine: {platform.machine()}, {processor()}", note]
-    text = "".join(f"# {line}\n" for line in header) + table.to_csv(index=False, float_format="%.6g")
-    target.parent.mkdir(parents=True, exist_ok=True)
-    draft = target.with_name(f".{target.name}")
-    draft.write_text(text)
-    draft.replace(target)
+    files.write_table(target, header, table, "%.6g")
 
 
 def processor() -> str:

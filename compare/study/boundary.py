@@ -3,14 +3,11 @@
     python3 -m compare.study.boundary CONFIG KEY -o ROW.json
 """
 
-import argparse
-import json
 import math
 import sys
 from pathlib import Path
 
-from compare.report import write_atomically
-from compare.study import impact
+from compare.study import impact, job
 from compare.study.failure import DRIFT
 from compare.study.point import measure
 from compare.study.recipe import Recipe, assignment
@@ -57,18 +54,10 @@ def runs_of(scene: Path, task: dict):
     return of_continuum if recipe.engine == "mpm" else of_grains
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(prog="compare.study.boundary", description=__doc__.splitlines()[0])
-    parser.add_argument("config", type=Path)
-    parser.add_argument("key")
-    parser.add_argument("-o", "--out", type=Path, required=True)
-    options = parser.parse_args()
-    config = json.loads(options.config.read_text())
-    task = config["recipes"][options.key]
-    runs, good, bad = bisect(runs_of(Path(config["case"]), task), *task["between"])
-    write_atomically(options.out, json.dumps({"task": task, "runs": runs, "good": good, "bad": bad}))
-    return 0
+def make(scene: Path, task: dict) -> dict:
+    runs, good, bad = bisect(runs_of(scene, task), *task["between"])
+    return {"task": task, "runs": runs, "good": good, "bad": bad}
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(job.run("compare.study.boundary", __doc__, make))

@@ -8,6 +8,7 @@ from compare import verdict
 from compare.case import Case
 from compare.errors import CaseError
 from compare.programs import ROOT
+from compare.study.frontier import grain_cost
 from compare.study.recipe import Recipe, assignment
 from compare.study.signature import cost, errors, mean
 
@@ -72,7 +73,7 @@ def climb(ladder, run, judged, flight: int = 4) -> tuple[list[dict], int | None]
 
 def paragraph(tried: list[dict], stop: int | None, ladder, reference: dict, metric: str, tolerance: float) -> str:
     """What was not needed, what was, and the factor saved."""
-    grains = float(np.mean(reference["cpu_seconds"])) / reference["duration"]
+    grains = grain_cost(reference)
     if stop is None:
         ran = [one for one in tried if one["verdict"]]
         nearest = min(ran, key=lambda one: one["verdict"].difference)

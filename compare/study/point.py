@@ -5,8 +5,6 @@
 A failure of the engine is a result like any other: the program fails itself only when it cannot run the recipe at all.
 """
 
-import argparse
-import json
 import os
 import resource
 import subprocess
@@ -14,8 +12,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from compare.report import write_atomically
 from compare.runs import open_run
+from compare.study import job
 from compare.study.failure import TIMEOUT, classify
 from compare.study.recipe import Recipe
 from compare.study.signature import compact
@@ -40,17 +38,10 @@ def measure(scene: Path, recipe: Recipe) -> dict:
     return {"status": classify(line), "message": line, "cpu_seconds": spent}
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(prog="compare.study.point", description=__doc__.splitlines()[0])
-    parser.add_argument("config", type=Path)
-    parser.add_argument("key")
-    parser.add_argument("-o", "--out", type=Path, required=True)
-    options = parser.parse_args()
-    config = json.loads(options.config.read_text())
-    recipe = Recipe.of(config["recipes"][options.key])
-    write_atomically(options.out, json.dumps({"recipe": recipe.as_json()} | measure(Path(config["case"]), recipe)))
-    return 0
+def make(scene: Path, task: dict) -> dict:
+    recipe = Recipe.of(task)
+    return {"recipe": recipe.as_json()} | measure(scene, recipe)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(job.run("compare.study.point", __doc__, make))

@@ -5,7 +5,7 @@ import platform
 
 import pandas as pd
 
-from compare.report import write_atomically
+from compare.files import write_table
 from dem_reference.ensemble import processor
 from dem_reference.output import commit as head
 
@@ -17,6 +17,4 @@ def about(command: str, **more) -> dict:
 
 def save(table: pd.DataFrame, path, origin: dict, note: str):
     """A table as CSV below comment lines that say where it comes from."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    header = [f"{name}: {value}" for name, value in origin.items()] + [note]
-    write_atomically(path, "".join(f"# {line}\n" for line in header) + table.to_csv(index=False, float_format="%.4g"))
+    write_table(path, [f"{name}: {value}" for name, value in origin.items()] + [note], table)

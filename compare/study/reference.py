@@ -12,7 +12,7 @@ from compare.comparison import pair
 from compare.errors import CaseError, EngineError
 from compare.metrics import all_metrics
 from compare.programs import ROOT
-from compare.report import write_atomically
+from compare.files import write_atomically
 from compare.runs import open_run
 from compare.study.provenance import about
 from compare.study.signature import compact, errors, expand, mean

@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from compare.charts import STYLE
-from compare.report import write_atomically
+from compare.files import write_atomically
 
 SVG = "http://www.w3.org/2000/svg"
 STUDY_STYLE = STYLE | {"svg.fonttype": "none"}
