@@ -39,17 +39,21 @@ def mean_and_fluctuating(run) -> tuple[np.ndarray, np.ndarray]:
     return mean, fluctuating
 
 
-def budget(run) -> list[Account]:
-    """Accounts over run.energy_tau(), in the order they are stacked; with the released energy they add up to what was
-    there at release, except for the residual, which is the last account."""
-    potential = run.normalised("potential")
-    held = [Account("potential", "held", potential - potential[-1])]
+def split_kinetic(run) -> list[Account]:
+    """The kinetic energy, divided as the mapped frames divide it."""
     mean, fluctuating = mean_and_fluctuating(run)
     kinetic = run.normalised("kinetic")
     share = np.interp(run.energy["time"], run.time, fluctuating / np.maximum(mean + fluctuating, 1e-300))
-    held += [Account("kinetic, mean flow", "held", (1.0 - share) * kinetic),
-             Account("kinetic, fluctuating", "held", share * kinetic),
-             Account("rotational", "held", run.normalised("rotational")),
+    return [Account("kinetic, mean flow", "held", (1.0 - share) * kinetic), Account("kinetic, fluctuating", "held", share * kinetic)]
+
+
+def budget(run, split: bool = True) -> list[Account]:
+    """Accounts over run.energy_tau(), in the order they are stacked, the kinetic energy split by the mapped fields or whole; with the released energy they add up to what was
+    there at release, except for the residual, which is the last account."""
+    potential = run.normalised("potential")
+    held = [Account("potential", "held", potential - potential[-1])]
+    held += split_kinetic(run) if split else [Account("kinetic", "held", run.normalised("kinetic"))]
+    held += [Account("rotational", "held", run.normalised("rotational")),
              Account("elastic", "held", run.normalised("elastic"))]
     if run.engine == "mpm":  # the grains' fluctuation is part of their kinetic energy
         held.append(Account("granular temperature", "held", run.normalised("fluctuation")))

@@ -77,6 +77,13 @@ def front(run: Run) -> np.ndarray:
     return np.array([mass_quantile(cloud.x[:, 0], cloud.mass, 0.995) for cloud in run.clouds])
 
 
+def first_entries(run: Run) -> np.ndarray:
+    """(4, N): time [sqrt(H/g)] of the first frame at which each point is in regime 1, 2, 3, 4; infinite when it never is."""
+    regimes = np.array([cloud.state["regime"] for cloud in run.clouds])
+    found = [regimes == k for k in (1, 2, 3, 4)]
+    return np.array([np.where(at.any(axis=0), run.tau()[at.argmax(axis=0)], np.inf) for at in found])
+
+
 def common_frames(a: Run, b: Run) -> list[tuple[int, int]]:
     """Pairs of frames that show the same instant, to half of a's frame interval (a step count rarely divides it)."""
     ta, tb = a.tau(), b.tau()
@@ -121,14 +128,14 @@ def masked_error(mpm: Run, dem: Run, field) -> float:
     return float(np.sqrt(difference / reference)) if reference > 0.0 else float("nan")
 
 
-def example_run(*, x=None, v=None, time=(0.0,), energy=None, solid_fraction=None, spacing=1.0, engine="dem", **fields):
-    """A run made of arrays, for the examples of metrics: H = L0 = g = 1, d = 0.1, e0 = 1, points of mass 1.
+def example_run(*, x=None, v=None, time=(0.0,), energy=None, solid_fraction=None, spacing=1.0, engine="dem", diameter=0.1, **fields):
+    """A run made of arrays, for examples of metrics and statements: H = L0 = g = 1, e0 = 1, points of mass 1.
 
     x: (frames, N, 3); solid_fraction and other fields: (frames, ny, nx, ...) on a grid of `spacing`.
     """
     case = parse("[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
-                 "[grains]\ndiameter = 0.1\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
-                 "[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\nmargin_time = 0.05\nmargin_energy = 0.05\n"
+                 f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
+                 "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\nmargin_time = 0.05\nmargin_energy = 0.05\n"
                  "margin_distance = 0.03\n")
     x = np.zeros((len(time), 1, 3)) if x is None else np.asarray(x, dtype=float)
     v = np.zeros_like(x) if v is None else np.asarray(v, dtype=float)

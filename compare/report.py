@@ -60,23 +60,39 @@ def draw(chart, c, folder: Path) -> Figure | None:
     return Figure(chart.name, chart.title, sentence, uri[False], uri[True])
 
 
-def provenance(c) -> list[dict]:
+def draw_all(charts, subject, folder: Path, tell) -> list[Figure]:
+    """Draws charts into `folder`, which is made or replaced once all are there; tell(share of them drawn, text)."""
+    figures = []
+    with tempfile.TemporaryDirectory(prefix=".figures-", dir=folder.parent) as scratch:
+        for i, chart in enumerate(charts):
+            tell(i / len(charts), f"figure: {chart.title.lower()}")
+            figures.append(draw(chart, subject, Path(scratch)))
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(scratch, folder)
+        folder.chmod(folder.parent.stat().st_mode & 0o777)  # a scratch folder is its owner's alone
+    return [f for f in figures if f]
+
+
+def provenance(runs) -> list[dict]:
     keys = ("engine", "engine_version", "commit", "seed", "date", "machine", "threads", "cpu_seconds", "wall_seconds",
             "end_reason", "command")
-    return [{"file": f"{run.name}.h5"} | {k: run.attributes.get(k, "") for k in keys} for run in c.mpm + c.dem]
+    return [{"file": f"{run.name}.h5"} | {k: run.attributes.get(k, "") for k in keys} for run in runs]
 
 
-def render(c, metrics: dict, figures: list[Figure], judged: list[controls.Control],
-           mapping: dict) -> str:
+def page(template: str, runs, case, **values) -> str:
+    """An HTML page of a template that extends page.html.j2; it ends with the provenance of `runs` and the case."""
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True,
                                      trim_blocks=True, lstrip_blocks=True)
     environment.filters["number"] = lambda x: "–" if x is None else f"{x:.4g}"
     environment.filters["percent"] = lambda x: "–" if x is None else f"{100 * x:+.1f} %"
+    return environment.get_template(template).render(provenance=provenance(runs), case=case.resolved, **values)
+
+
+def render(c, metrics: dict, figures: list[Figure], judged: list[controls.Control], mapping: dict) -> str:
     case = c.dem[0].case
-    return environment.get_template("report.html.j2").render(
-        title=case.values.get("title", "Comparison"), verdict=metrics["verdict"]["value"], metrics=metrics,
-        headlines=HEADLINES, figures=figures, controls=judged, control_words=controls.WORDS, provenance=provenance(c), mapping=mapping, case=case.resolved,
-        counts={"mpm": len(c.mpm), "dem": len(c.dem)})
+    return page("report.html.j2", c.mpm + c.dem, case, title=case.values.get("title", "Comparison"),
+                verdict=metrics["verdict"]["value"], metrics=metrics, headlines=HEADLINES, figures=figures, controls=judged,
+                control_words=controls.WORDS, mapping=mapping, counts={"mpm": len(c.mpm), "dem": len(c.dem)})
 
 
 def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=()) -> dict:
@@ -94,17 +110,10 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
         c.width_study = study(c.dem[0], dem[0], widths, options)
     write_atomically(folder / "metrics.json", json.dumps(metrics, indent=1) + "\n")
 
-    charts, figures = all_charts(), []
-    with tempfile.TemporaryDirectory(prefix=".figures-", dir=folder) as scratch:
-        for i, chart in enumerate(charts):
-            tell(0.4 + 0.55 * i / len(charts), f"figure: {chart.title.lower()}")
-            figures.append(draw(chart, c, Path(scratch)))
-        shutil.rmtree(folder / "figures", ignore_errors=True)
-        shutil.copytree(scratch, folder / "figures")
-        (folder / "figures").chmod(folder.stat().st_mode & 0o777)  # a scratch folder is its owner's alone
+    figures = draw_all(all_charts(), c, folder / "figures", lambda share, text: tell(0.4 + 0.55 * share, text))
     attributes = c.dem[0].fields.values.file.attrs
     mapping = {k: v.decode() if isinstance(v, bytes) else v for k, v in attributes.items()}
-    write_atomically(folder / "report.html", render(c, metrics, [f for f in figures if f], judged, mapping))
+    write_atomically(folder / "report.html", render(c, metrics, figures, judged, mapping))
     tell(1.0, "report written")
     return metrics
 

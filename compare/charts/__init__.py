@@ -1,6 +1,7 @@
-"""Charts: one file each, a function of a Comparison that draws into a figure and returns the sentence under it.
+"""Charts: one file each, a function of what a page is about that draws into a figure and returns the sentence under it.
 
-Each is drawn twice, for wide and for narrow pages: `panels` lays axes out in a row or in a column.
+Those of this folder are about a Comparison, those of `collapse/` about one run of the continuum. Each is drawn twice, for
+wide and for narrow pages: `panels` lays axes out in a row or in a column.
 """
 
 import importlib
@@ -36,23 +37,25 @@ class Chart:
     draw: Callable
 
 
-REGISTRY: dict[str, Chart] = {}
+REGISTRY: dict[str, dict[str, Chart]] = {}  # by folder, as a package, and name
 
 
 def chart(title: str, order: int):
-    """Registers `draw(comparison, narrow) -> (figure, sentence)`, or None when the runs hold nothing to draw."""
+    """Registers `draw(subject, narrow) -> (figure, sentence)`, or None when the runs hold nothing to draw."""
 
     def register(function):
-        REGISTRY[function.__name__] = Chart(function.__name__, title, order, function)
+        folder = function.__module__.rpartition(".")[0]
+        REGISTRY.setdefault(folder, {})[function.__name__] = Chart(function.__name__, title, order, function)
         return function
 
     return register
 
 
-def all_charts() -> list[Chart]:
-    for module in pkgutil.iter_modules(__path__):
-        importlib.import_module(f"{__name__}.{module.name}")
-    return sorted(REGISTRY.values(), key=lambda c: c.order)
+def all_charts(folder: str = __name__) -> list[Chart]:
+    """The charts of a folder, in the order in which a page shows them."""
+    for module in pkgutil.iter_modules(importlib.import_module(folder).__path__):
+        importlib.import_module(f"{folder}.{module.name}")
+    return sorted(REGISTRY[folder].values(), key=lambda c: c.order)
 
 
 def panels(count: int, narrow: bool, height: float = 3.0, **options):

@@ -14,29 +14,33 @@ def colours(accounts) -> list:
     return [colormaps[PALETTES[a.kind]](shade[a.kind][by_kind[a.kind].index(a)]) for a in accounts]
 
 
+def stack(ax, run, accounts, columns: int) -> tuple[float, float]:
+    """Stacks the accounts, those above zero upwards and those below it downwards; returns how low and how high they reach."""
+    positive = [np.maximum(a.values, 0.0) for a in accounts]
+    negative = [np.minimum(a.values, 0.0) for a in accounts]
+    tau = run.energy_tau()
+    shades = colours(accounts)
+    ax.stackplot(tau, positive, colors=shades, linewidth=0.0,
+                 labels=[f"{a.name} {round(100 * a.values[-1], 1) + 0.0:.1f} %" for a in accounts])
+    ax.stackplot(tau, negative, colors=shades, linewidth=0.0)
+    ax.set(xlabel="t/√(H/g)", ylabel="energy$/E_0$", xlim=(tau[0], tau[-1]))
+    ax.axhline(0.0, color=INK, linewidth=0.6)
+    handles, labels = ax.get_legend_handles_labels()
+    ax.legend(handles[::-1], labels[::-1], loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=columns,
+              title="share of $E_0$ at the end", fontsize=8)
+    return np.sum(negative, axis=0).min(), np.sum(positive, axis=0).max()
+
+
 @chart("Energy budget", order=7)
 def energy_budget(comparison, narrow):
     figure, axes = panels(2, narrow, height=4.4 if narrow else 3.9)
-    top = bottom = 0.0
+    reach = []
     for ax, run in zip(axes, comparison.first):
-        accounts = budget(run)
-        positive = [np.maximum(a.values, 0.0) for a in accounts]
-        negative = [np.minimum(a.values, 0.0) for a in accounts]
-        tau = run.energy_tau()
-        shades = colours(accounts)
-        ax.stackplot(tau, positive, colors=shades, linewidth=0.0,
-                     labels=[f"{a.name} {round(100 * a.values[-1], 1) + 0.0:.1f} %" for a in accounts])
-        ax.stackplot(tau, negative, colors=shades, linewidth=0.0)
-        top = max(top, np.sum(positive, axis=0).max())
-        bottom = min(bottom, np.sum(negative, axis=0).min())
-        ax.set(title=LABEL[run.engine], xlabel="t/√(H/g)", xlim=(tau[0], tau[-1]))
-        ax.axhline(0.0, color=INK, linewidth=0.6)
-        handles, labels = ax.get_legend_handles_labels()
-        ax.legend(handles[::-1], labels[::-1], loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2,
-                  title="share of $E_0$ at the end", fontsize=8)
+        reach.append(stack(ax, run, budget(run), columns=2))
+        ax.set(title=LABEL[run.engine])
+    bottom, top = min(low for low, _ in reach), max(high for _, high in reach)
     for ax in axes:
-        ax.set_ylim(1.03 * bottom, 1.03 * top)
-        ax.set_ylabel("energy$/E_0$")
+        ax.set_ylim(1.03 * min(bottom, 0.0), 1.03 * top)
     return figure, ("What the released energy has become: held (blue), dissipated (orange), lost numerically or "
                     "unexplained (grey). Totals and times compare; the accounts of dissipation are named by each engine "
                     "in its own terms and do not correspond one to one.")

@@ -1,0 +1,143 @@
+"""What is said of a collapse: every statement can hold and can fail, and the page tells what was measured."""
+
+import json
+import re
+import shutil
+import subprocess
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from synthetic import write_run
+
+from compare import cli, mobilised
+from compare.programs import ROOT, program
+from compare.reductions import example_run, first_entries
+from compare.statements import all_statements, loss
+
+
+@pytest.mark.parametrize("one", all_statements(), ids=lambda one: one.name)
+def test_a_statement_can_hold_and_can_fail(one):
+    holding, failing = one.examples()
+    assert one(holding).holds is True or one(holding).holds == np.True_
+    assert not one(failing).holds
+    assert len(one.definition) > 40 and one.bound and one.unit
+
+
+def test_orders_are_distinct():
+    orders = [one.order for one in all_statements()]
+    assert len(set(orders)) == len(orders) >= 12
+
+
+def test_the_loss_of_a_row_is_that_of_its_instant():
+    t = np.linspace(0.0, 4.0, 41)
+    run = example_run(energy={"time": t, "potential": 3.0 - t / 2.0, "unaccounted": 0.1 * t})
+    assert loss(run, 1.0) == pytest.approx(0.05)  # 0.1 J of the 2 J released
+
+
+def slab(speed):
+    """Points of a unit square at spacing 0.025 that move with speed(x, y)."""
+    centres = (np.arange(40) + 0.5) / 40
+    x, y = (a.ravel() for a in np.meshgrid(centres, centres))
+    v = np.stack([speed(x, y), 0.0 * x, 0.0 * x], axis=-1)
+    return example_run(x=np.stack([x, y, 0.0 * x], axis=-1)[None], v=v[None], engine="mpm", diameter=0.025)
+
+
+def test_zones_of_a_plane_that_slides_are_layers_of_the_thickness_asked_for():
+    run = slab(lambda x, y: np.where(y > 0.5, 1.0, 0.0))
+    layer = mobilised.thickness(run)
+    assert layer == pytest.approx(5 * 0.025)
+    zone, y = mobilised.zones(run, 0, layer), run.clouds[0].x[:, 1]
+    # The nearest points of the other kind lie half a spacing beyond the plane: |y - 0.5| < layer - spacing / 2.
+    expected = np.where(abs(y - 0.5) < layer - 0.0125, mobilised.SURFACE, np.where(y > 0.5, mobilised.INSIDE, mobilised.STATIC))
+    assert (zone == expected).all()
+
+
+def test_what_moves_on_the_floor_is_base_and_what_rests_on_it_is_not():
+    moving, resting = (slab(lambda x, y, v=v: np.full_like(x, v)) for v in (1.0, 0.0))
+    low = moving.clouds[0].x[:, 1] < mobilised.thickness(moving)
+    assert (mobilised.zones(moving, 0, mobilised.thickness(moving)) == np.where(low, mobilised.SURFACE, mobilised.INSIDE)).all()
+    assert (mobilised.zones(resting, 0, mobilised.thickness(resting)) == mobilised.STATIC).all()
+
+
+def test_an_even_spread_has_no_concentration():
+    t = np.linspace(0.0, 2.0, 3)
+    one = slab(lambda x, y: np.where(y > 0.5, 1.0, 0.0))
+    run = example_run(x=np.repeat(one.clouds[0].x[None], 3, axis=0), v=np.repeat(one.clouds[0].v[None], 3, axis=0), time=t, engine="mpm",
+                      diameter=0.025)
+    layer = mobilised.thickness(run)
+    even = mobilised.zones(run, 0, layer) != mobilised.STATIC
+    for k, cloud in enumerate(run.clouds):
+        cloud.state["plastic_dissipation"] = k * even.astype(float)
+    found = mobilised.shares(run, "plastic_dissipation", layer)
+    assert found.concentration == pytest.approx(1.0, rel=1e-12) and found.found.sum() == pytest.approx(1.0, rel=1e-12)
+
+
+def test_first_entries_are_the_first_frames():
+    run = example_run(x=np.zeros((3, 2, 3)), time=[0.0, 1.0, 2.0])
+    for cloud, regimes in zip(run.clouds, ([1, 1], [2, 1], [1, 4])):
+        cloud.state["regime"] = np.array(regimes)
+    assert first_entries(run).tolist() == [[0.0, 0.0], [1.0, np.inf], [np.inf, np.inf], [np.inf, 2.0]]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The page of a small collapse of the full model, seconds long."""
+    folder = tmp_path_factory.mktemp("collapse")
+    words = ["column_ci", "--set", "material.law=solid_fluid", "--set", "time.frame_interval=0.1", "--out", str(folder), "--quiet"]
+    assert cli.main(["collapse", *words, "--table", str(folder / "kept" / "statements.csv")]) == 0
+    return folder
+
+
+def test_the_folder_holds_what_it_should(folder):
+    assert {p.name for p in folder.iterdir()} == {"mpm.h5", "fields.h5", "statements.json", "collapse.html", "figures", "kept"}
+    names = {p.stem for p in (folder / "figures").iterdir()}
+    assert names == {"deviatoric_strain", "collisional_dissipation", "plastic_dissipation", "zones", "internal_energies", "kinetic_and_potential",
+                     "budget", "regimes", "regime_shares", "deposit"}
+    for name in names:
+        assert (folder / "figures" / f"{name}.svg").stat().st_size > 0 and (folder / "figures" / f"{name}.png").stat().st_size > 0
+
+
+def test_statements_are_those_of_the_file(folder):
+    statements = json.loads((folder / "statements.json").read_text())
+    with h5py.File(folder / "mpm.h5") as f:
+        energy = {name: data[:] for name, data in f["energy"].items()}
+    released = energy["potential"][0] - energy["potential"][-1]
+    ratio = energy["dissipated_collisional"][-1] / energy["dissipated_plastic"][-1]
+    assert statements["collisions_dissipate_more"]["figure"] == pytest.approx(ratio, rel=1e-12)
+    assert statements["fluctuation_energy_negligible"]["figure"] == pytest.approx(energy["fluctuation"].max() / released, rel=1e-12)
+    assert statements["kinetic_energy_vanishes"]["numerical_loss"] == pytest.approx(energy["unaccounted"][-1] / released, rel=1e-9)
+    table = pd.read_csv(folder / "kept" / "statements.csv", comment="#").set_index("statement")
+    assert list(table.index) == list(statements)
+    assert table["verdict"].tolist() == [s["verdict"] for s in statements.values()]
+
+
+def test_the_page_is_self_contained_and_complete(folder):
+    page = (folder / "collapse.html").read_text()
+    assert not re.findall(r'(?:src|href|srcset)="(?!data:|#)', page)
+    assert "http://" not in re.sub(r"data:[^\"]*", "", page) and "https://" not in re.sub(r"data:[^\"]*", "", page)
+    assert page.index('id="statements"') < page.index("<figure>") < page.index('id="definitions"') < page.index('id="provenance"')
+    assert page.count("<figcaption>") == page.count("<figure>") == 10
+    for one in all_statements():
+        assert one.name in page
+
+
+@pytest.mark.skipif(not shutil.which("chromium"), reason="no chromium to render with")
+def test_a_browser_shows_every_figure(folder):
+    shown = subprocess.run(["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=10000", "--dump-dom",
+                            f"file://{folder / 'collapse.html'}"], capture_output=True, text=True, timeout=120)
+    assert shown.returncode == 0 and shown.stdout.count("<figure>") == 10
+
+
+def test_a_run_of_the_grains_is_refused(tmp_path, capsys):
+    write_run(tmp_path / "dem.h5", "dem", frames=3)
+    assert cli.main(["collapse", str(tmp_path / "dem.h5"), "--quiet"]) == 2
+    assert "not a slab of the continuum" in capsys.readouterr().err
+
+
+def test_points_without_their_state_are_refused(tmp_path, capsys):
+    write_run(tmp_path / "mpm.h5", "mpm", frames=3)
+    assert cli.main(["collapse", str(tmp_path), "--quiet"]) == 2
+    assert "regime" in capsys.readouterr().err
+    assert {p.name for p in tmp_path.iterdir()} == {"mpm.h5"}
