@@ -172,7 +172,7 @@ class Solver final : public Simulation {
   /// Sums a sweep makes, kept by strip so that their order never changes.
   struct Sums {
     double kinetic_before = 0.0, kinetic_after = 0.0, potential = 0.0, speed = 0.0;
-    double stored = 0.0, fluctuation = 0.0, plastic = 0.0, collisional = 0.0;
+    double stored = 0.0, fluctuation = 0.0, plastic = 0.0, collisional = 0.0, detached = 0.0;
     std::ptrdiff_t escaped = -1;
   };
 

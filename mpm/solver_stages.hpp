@@ -379,7 +379,9 @@ void Solver<K, S>::move(double dt) {
   ledger_.potential = potential;
 }
 
-/// Void ratio from det F, then the law; books what it held, dissipated, and took as work.
+/// Void ratio from det F, then the law; books what it held, dissipated, and took as work. A point that has come to fill its
+/// cell is detached: it has nothing left to push against. The law sees the part of its strain that led there, and from then
+/// on none, and its stress stays its own; what that stress did to the grid beyond is booked as the detachment's.
 template <class K, class S>
 void Solver<K, S>::update_stress(double dt) {
   std::vector<Sums> sums(strips_.size());
@@ -398,7 +400,14 @@ void Solver<K, S>::update_stress(double dt) {
       const double J = (Mat3::Identity() + increment).determinant();
       step.dt = dt;
       step.void_ratio_old = points_.void_ratio[p];
-      step.void_ratio = std::min((1.0 + step.void_ratio_old) * J - 1.0, loosest_void_ratio(p));
+      step.void_ratio = (1.0 + step.void_ratio_old) * J - 1.0;
+      if (const double loosest = loosest_void_ratio(p); step.void_ratio >= loosest) {
+        const double room = std::log((1.0 + loosest) / (1.0 + step.void_ratio_old));
+        const double share = room > 0.0 ? room / std::log(J) : 0.0;
+        sum.detached += dt * (1.0 - share) * volume(p) * points_.sigma[p].dot(step.D);
+        step.void_ratio = loosest;
+        step.D *= share;
+      }
       if (!(step.void_ratio > 0.0)) sum.escaped = static_cast<std::ptrdiff_t>(p);
       points_.void_ratio[p] = step.void_ratio;
       points_.deviatoric_strain[p] += dt * std::sqrt(2.0 / 3.0) * deviator(step.D).norm();
@@ -410,6 +419,7 @@ void Solver<K, S>::update_stress(double dt) {
                           part(points_.granular_temperature), part(stability), part(points_.regime)});
     store_update(begin, end, stability);
     for (std::size_t p = begin; p < end; ++p) {
+      if (points_.void_ratio[p] >= loosest_void_ratio(p)) points_.sigma[p].setZero();
       const double m = points_.mass[p];
       sum.stored += m * points_.stored[p];
       sum.fluctuation += m * points_.fluctuation[p];
@@ -430,6 +440,8 @@ void Solver<K, S>::update_stress(double dt) {
     ledger_.fluctuation += s.fluctuation;
     ledger_.plastic += s.plastic;
     ledger_.collisional += s.collisional;
+    ledger_.detached += s.detached;
+    ledger_.time_integration -= s.detached;
   }
   // The grid gave its own figure for this work when it accelerated; what the two do not agree on is the integrator's.
   const double absorbed = (ledger_.stored + ledger_.fluctuation + ledger_.plastic + ledger_.collisional) -

@@ -1,0 +1,160 @@
+// Each account of the energy ledger against a figure that does not come from the ledger.
+#include <gtest/gtest.h>
+
+#include "tests/cpp/block.hpp"
+
+namespace grainpair {
+namespace {
+
+using namespace test;
+
+double kinetic_energy(const Simulation& s) {
+  double sum = 0.0;
+  s.visit_points([&](const auto& points) {
+    for (std::size_t p = 0; p < points.size(); ++p) sum += 0.5 * points.mass[p] * points.v[p].squaredNorm();
+  });
+  return sum;
+}
+
+/// The full law on grains of the seed's column, with temperature `T` [m2/s2] given to the points by hand.
+std::unique_ptr<Body> hot(double T) {
+  /// Overrides the temperature a block starts with.
+  struct Hot final : Body {
+    std::unique_ptr<Body> law;
+    double T;
+    void resize(std::size_t n) override { law->resize(n); }
+    void initialise(std::size_t first, std::span<const InitialState> initial, Batch batch) override {
+      std::vector<InitialState> warm(initial.begin(), initial.end());
+      for (auto& state : warm) state.granular_temperature = T;
+      law->initialise(first, warm, batch);
+    }
+    void update(std::size_t first, Batch batch) override { law->update(first, batch); }
+    void reorder(std::span<const std::uint32_t> order) override { law->reorder(order); }
+    SymTensor quasi_static_stress(std::size_t p, const SymTensor& s, double e) const override {
+      return law->quasi_static_stress(p, s, e);
+    }
+  };
+  auto body = std::make_unique<Hot>();
+  body->law = material_registry().at("solid_fluid")(any_case({"material.law=solid_fluid"}));
+  body->T = T;
+  return body;
+}
+
+// Transfer: without forces whatever kinetic energy the points lose, the transfers took.
+TEST(Ledger, TransferIsTheKineticEnergyThePointsLose) {
+  for (const auto scheme : {TransferScheme::pic, TransferScheme::flip, TransferScheme::apic, TransferScheme::affine_flip}) {
+    Block<PlaneStrain> block{.box = {12, 12}, .low = {4, 4}, .high = {8, 8}};
+    block.velocity = [](const auto& x) { return Eigen::Vector2d(std::sin(40.0 * x[1]), std::cos(31.0 * x[0])); };
+    block.numerics.transfer = scheme;
+    auto solver = block.build<BSpline<2>>();
+    const double before = kinetic_energy(*solver);
+    for (int i = 0; i < 20; ++i) solver->step(1e-3);
+    const double lost = before - kinetic_energy(*solver);
+    EXPECT_NEAR(solver->ledger().transfer, lost, 1e-13 * before);
+    if (scheme == TransferScheme::pic) {
+      EXPECT_GT(lost, 0.1 * before);  // there was something to lose
+    }
+  }
+}
+
+// Time integration: in a vibrating bar the error of the explicit step falls with the step, that of the transfer does not.
+TEST(Ledger, TimeIntegrationFallsWithTheStep) {
+  const auto vibrate = [](double fraction) {
+    const double length = 1.0, c = 10.0, k = 0.5 * std::numbers::pi / length;
+    Block<PlaneStrain> block{.h = length / 16, .box = {20, 4}, .low = {0, 0}, .high = {16, 4}};
+    block.body = linear_elastic(0.25);
+    block.velocity = [&](const auto& x) { return Eigen::Vector2d(1e-3 * std::sin(k * x[0]), 0.0); };
+    block.numerics.transfer = TransferScheme::flip;
+    block.numerics.averaging = VolumetricAveraging::none;
+    auto solver = block.build<BSpline<2>>();
+    const double end = 0.5 * std::numbers::pi / (k * c);  // a quarter of the period
+    const int steps = static_cast<int>(std::ceil(end / (fraction * solver->stable_step().dt)));
+    double worst = 0.0;
+    for (int i = 0; i < steps; ++i) {
+      solver->step(end / steps);
+      worst = std::max(worst, std::abs(solver->ledger().time_integration));
+    }
+    return worst;
+  };
+  EXPECT_LT(vibrate(0.25), 0.3 * vibrate(1.0));  // first order would give 0.25
+}
+
+// Wall: a stiff block that slides on a Coulomb floor until it stands has given its kinetic energy to the friction.
+TEST(Ledger, WallTakesTheEnergyOfASlidingBlock) {
+  const double g = 10.0, mu = 0.1, v0 = 0.3;
+  Block<PlaneStrain> block{.h = 0.05, .box = {24, 8}, .low = {4, 0}, .high = {16, 4}};
+  block.gravity = {0.0, -g};
+  block.walls[1][0] = Wall{Contact::coulomb, mu};
+  block.body = linear_elastic(0.0);
+  block.velocity = [&](const auto&) { return Eigen::Vector2d(v0, 0.0); };
+  block.stress = [&](const auto& x) { return SymTensor{0.0, density * g * (0.2 - x[1]), 0.0, 0.0, 0.0, 0.0}; };
+  auto solver = block.build<BSpline<2>>();
+  const double kinetic = kinetic_energy(*solver), start = solver->position(0)[0];
+  const std::uint32_t id = solver->points().id[0];
+  while (solver->time() < 1.5 * v0 / (mu * g)) solver->step(solver->stable_step().dt);
+  double end = 0.0;
+  for (std::size_t p = 0; p < solver->size(); ++p)
+    if (solver->points().id[p] == id) end = solver->position(p)[0];
+  // Rigid: stops after v0^2/(2 mu g) = 45 mm. Friction comes at once and sends a shear wave of mu g H/c_s = 0.03 m/s up the
+  // block: a hundredth of v0^2, twice (start and stop).
+  EXPECT_NEAR(end - start, v0 * v0 / (2.0 * mu * g), 0.02 * v0 * v0 / (2.0 * mu * g));
+  EXPECT_NEAR(solver->ledger().wall, kinetic, 0.02 * kinetic);
+}
+
+// Collisional: in a closed box that nothing moves, granular temperature cools as its own equation says.
+TEST(Ledger, CollisionalIsTheHeatThatCools) {
+  const double T = 1e-3, dt = 1e-4;
+  Block<PlaneStrain> block{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
+  block.body = hot(T);
+  auto solver = block.build<BSpline<2>>();
+  const double held = solver->ledger().fluctuation, mass = density * 0.36;
+  EXPECT_NEAR(held, 1.5 * T * mass, 1e-12 * held);
+  for (int i = 0; i < 200; ++i) solver->step(dt);
+  // Haff's law at constant coefficients, T = T0/(1 + t/tau)^2, from the first step: -dT = 2 T0 dt/tau. The solver's softness
+  // and its backward Euler step change it by kap sqrt(T) G and dt/tau, each below one part in a hundred here.
+  auto short_run = [&] {
+    Block<PlaneStrain> again{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
+    again.body = hot(T);
+    auto other = again.build<BSpline<2>>();
+    other->step(1e-7);
+    return 2.0 * held * 1e-7 / other->ledger().collisional;  // tau
+  };
+  const double tau = short_run(), left = held / std::pow(1.0 + solver->time() / tau, 2);
+  EXPECT_LT(left, 0.9 * held);
+  EXPECT_NEAR(solver->ledger().collisional, held - left, 0.02 * (held - left));
+  EXPECT_NEAR(solver->ledger().numerical(), 0.0, 1e-9 * held);
+}
+
+// Detached: one point alone in its cell, under pressure and flying apart, gives the grid p V tr(L) dt and then nothing more.
+TEST(Ledger, DetachedIsTheWorkBeyondTheCell) {
+  const double pressure = 1000.0, rate = 1.0, dt = 1e-7;
+  Block<PlaneStrain> block{.box = {9, 9}, .low = {4, 4}, .high = {5, 5}, .points_per_cell = 1};
+  block.body = linear_elastic(0.25);
+  block.stress = [&](const auto&) { return SymTensor(pressure * identity()); };
+  block.gradient = rate * Eigen::Matrix2d::Identity();
+  block.numerics.averaging = VolumetricAveraging::none;
+  auto solver = block.build<BSpline<2>>();
+  solver->step(dt);
+  const double volume = 0.01;
+  // the pressure itself has sped the point up by less than 1e-2 in this step
+  EXPECT_NEAR(solver->ledger().detached, -pressure * volume * 2.0 * rate * dt, 1e-2 * pressure * volume * 2.0 * rate * dt);
+  EXPECT_EQ(solver->points().sigma[0], SymTensor(SymTensor::Zero()));
+  const double once = solver->ledger().detached;
+  for (int i = 0; i < 100; ++i) solver->step(dt);
+  EXPECT_EQ(solver->ledger().detached, once);
+}
+
+// A hot point alone keeps its heat for its own collisions: it must not turn it into motion again and again.
+TEST(Ledger, ADetachedHotPointMakesNoEnergy) {
+  Block<PlaneStrain> block{.box = {9, 9}, .low = {4, 4}, .high = {5, 5}, .points_per_cell = 1};
+  block.body = hot(1.0);
+  block.gradient = 100.0 * Eigen::Matrix2d::Identity();
+  auto solver = block.build<BSpline<2>>();
+  const double held = solver->ledger().held();
+  for (int i = 0; i < 5000; ++i) solver->step(std::min(1e-5, solver->stable_step().dt));
+  EXPECT_GT(solver->ledger().numerical(), -1e-3 * held);
+  EXPECT_LE(solver->ledger().held(), held);
+}
+
+}  // namespace
+}  // namespace grainpair
