@@ -51,9 +51,9 @@ struct Clock {
   }
 };
 
-void run(const Case& scene, const std::string& path, const Provenance& provenance, Progress progress) {
+void run(const Case& scene, const Start& start, const std::string& path, const Provenance& provenance, Progress progress) {
   const auto wall_start = std::chrono::steady_clock::now();
-  const auto simulation = make_simulation(scene, provenance.seed);
+  const auto simulation = make_simulation(scene, start);
   Output output(path, scene, provenance);
 
   const double tau = time_scale(scene), end = scene.number("time.maximum") * tau;
@@ -101,7 +101,7 @@ void run(const Case& scene, const std::string& path, const Provenance& provenanc
 
 int main(int argc, char** argv) {
   CLI::App app{"Runs a case with the material point method."};
-  std::string path, out = "mpm.h5";
+  std::string path, packing, out = "mpm.h5";
   std::vector<std::string> overrides;
   unsigned seed = 1;
   int threads = 1;
@@ -109,6 +109,7 @@ int main(int argc, char** argv) {
   app.add_option("case", path, "case file, or the folder of its case.toml")->required();
   app.add_option("-o,--out", out, "result file");
   app.add_option("--set", overrides, "key=value, in place of what the case says")->take_all();
+  app.add_option("--packing", packing, "result of a grain run, where initial.state = packing");
   app.add_option("--seed", seed, "seed of mpm.jitter");
   app.add_option("--threads", threads, "threads")->check(CLI::PositiveNumber);
   app.add_flag("--progress", show_progress, "progress lines on standard output");
@@ -122,7 +123,9 @@ int main(int argc, char** argv) {
   std::string command;
   for (int i = 0; i < argc; ++i) command += (i ? " " : "") + std::string(argv[i]);
   try {
-    run(Case::load(path, overrides), out, {command, seed, threads}, Progress(show_progress));
+    Start start{seed};
+    if (!packing.empty()) start.packing.emplace(packing);
+    run(Case::load(path, overrides), start, out, {command, seed, threads}, Progress(show_progress));
   } catch (const CaseError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 2;

@@ -33,18 +33,41 @@ Numerics numerics_of(const Case& scene) {
   };
 }
 
+/// Refuses a start that the case does not ask for, or a packing of another column.
+void check(const Start& start, const Case& scene) {
+  const bool asked = scene.word("initial.state") == "packing";
+  if (asked && !start.packing)
+    throw CaseError(fmt::format("{}: initial.state: no packing (the points are to start from settled grains) give the result of a grain "
+                                "run with --packing, or use `grainpair run`",
+                                scene.path()));
+  if (!start.packing) return;
+  const Packing& packing = *start.packing;
+  if (!asked)
+    throw CaseError(fmt::format("{}: initial.state is nominal (and {} was given as the packing) set it to packing", scene.path(),
+                                packing.path()));
+  if (scene.word("geometry.dimension") == "axisymmetric")
+    throw CaseError(fmt::format("{}: initial.state: packings of axisymmetric columns are not mapped use nominal", scene.path()));
+  const auto extent = packing.extent(scene.number("grains.density"));
+  const std::array<const char*, 3> key{"geometry.length", "geometry.height", "geometry.thickness"};
+  for (std::size_t d = 0; d < 3; ++d)
+    if (std::abs(extent[d] - scene.number(key[d])) > 1e-6 * extent[d])
+      throw CaseError(fmt::format("{}: {} = {:.6g} (the packing in {} has {:.6g}) give a packing of this case", scene.path(), key[d],
+                                  scene.number(key[d]), packing.path(), extent[d]));
+}
+
 }  // namespace
 
 double time_scale(const Case& scene) {
   return std::sqrt(scene.number("geometry.height") / scene.number("geometry.gravity"));
 }
 
-std::unique_ptr<Simulation> make_simulation(const Case& scene, unsigned seed) {
+std::unique_ptr<Simulation> make_simulation(const Case& scene, const Start& start) {
+  check(start, scene);
   const Numerics numerics = numerics_of(scene);
   const std::string& kinematics = scene.word("geometry.dimension");
-  if (kinematics == "axisymmetric") return make_column<Axisymmetric>(scene, numerics, seed);
-  if (kinematics == "three_dimensional") return make_column<ThreeDimensional>(scene, numerics, seed);
-  return make_column<PlaneStrain>(scene, numerics, seed);
+  if (kinematics == "axisymmetric") return make_column<Axisymmetric>(scene, numerics, start);
+  if (kinematics == "three_dimensional") return make_column<ThreeDimensional>(scene, numerics, start);
+  return make_column<PlaneStrain>(scene, numerics, start);
 }
 
 }  // namespace grainpair

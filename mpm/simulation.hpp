@@ -2,14 +2,22 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "mpm/case.hpp"
+#include "mpm/packing.hpp"
 #include "mpm/solver.hpp"
 
 namespace grainpair {
 
-/// Builds the column of a case. `seed` matters only where mpm.jitter > 0. Throws CaseError.
-std::unique_ptr<Simulation> make_simulation(const Case& scene, unsigned seed);
+/// What a case leaves open about its start: the seed of mpm.jitter, and the packing if initial.state asks for one.
+struct Start {
+  unsigned seed = 1;
+  std::optional<Packing> packing = std::nullopt;
+};
+
+/// Builds the column of a case. Throws CaseError.
+std::unique_ptr<Simulation> make_simulation(const Case& scene, const Start& start);
 
 /// sqrt(H/g) [s], the unit of the case's times.
 double time_scale(const Case& scene);

@@ -2,6 +2,6 @@
 
 namespace grainpair {
 
-template std::unique_ptr<Simulation> make_column<PlaneStrain>(const Case&, const Numerics&, unsigned);
+template std::unique_ptr<Simulation> make_column<PlaneStrain>(const Case&, const Numerics&, const Start&);
 
 }  // namespace grainpair

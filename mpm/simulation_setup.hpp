@@ -4,21 +4,41 @@
 
 #include <random>
 
+#include "mpm/packing.hpp"
 #include "mpm/simulation.hpp"
 
 namespace grainpair {
 
 template <class Kinematics>
-std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics, unsigned seed);
+std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics, const Start& start);
 
-extern template std::unique_ptr<Simulation> make_column<PlaneStrain>(const Case&, const Numerics&, unsigned);
-extern template std::unique_ptr<Simulation> make_column<Axisymmetric>(const Case&, const Numerics&, unsigned);
-extern template std::unique_ptr<Simulation> make_column<ThreeDimensional>(const Case&, const Numerics&, unsigned);
+extern template std::unique_ptr<Simulation> make_column<PlaneStrain>(const Case&, const Numerics&, const Start&);
+extern template std::unique_ptr<Simulation> make_column<Axisymmetric>(const Case&, const Numerics&, const Start&);
+extern template std::unique_ptr<Simulation> make_column<ThreeDimensional>(const Case&, const Numerics&, const Start&);
+
+/// Gives the points the packing's mass, shared among those of each of its cells, and its stress; void ratios follow from
+/// mass and volume. Throws CaseError where grains would be left without a point.
+template <int dim>
+void start_from(const Packing& packing, const Case& scene, double volume, Points<dim>& points, std::vector<InitialState>& initial) {
+  std::vector<std::size_t> count(packing.cells(), 0), cell(points.size());
+  for (std::size_t p = 0; p < points.size(); ++p)
+    ++count[cell[p] = packing.cell_of(points.x[p][0], points.x[p][1])];
+  for (std::size_t c = 0; c < count.size(); ++c)
+    if ((count[c] == 0) != (packing.mass(c) == 0.0))
+      throw CaseError(fmt::format("{}: initial.state: a cell of the packing in {} holds {} points and {:.3g} kg of grains (mass would "
+                                  "be lost or a point empty) use as many points as cells at least, and a packing of this case",
+                                  scene.path(), packing.path(), count[c], packing.mass(c)));
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    points.mass[p] = packing.mass(cell[p]) / static_cast<double>(count[cell[p]]);
+    points.void_ratio[p] = initial[p].void_ratio = scene.number("grains.density") * volume / points.mass[p] - 1.0;
+    initial[p].sigma = packing.stress(points.x[p][0], points.x[p][1]);
+  }
+}
 
 /// Points on a regular lattice in the column [0, L] x [0, H] (x [0, W]), with K0 stress under their own weight:
-/// sigma_yy = rho_s g (H - y)/(1 + e0), sigma_xx = sigma_zz = K0 sigma_yy.
+/// sigma_yy = rho_s g (H - y)/(1 + e0), sigma_xx = sigma_zz = K0 sigma_yy; or from a settled packing.
 template <class K, class Shape>
-std::unique_ptr<Simulation> build_column(const Case& scene, const Numerics& numerics, unsigned seed) {
+std::unique_ptr<Simulation> build_column(const Case& scene, const Numerics& numerics, const Start& start) {
   constexpr int dim = K::dimension;
   using Vec = Eigen::Matrix<double, dim, 1>;
   const double H = scene.number("geometry.height"), L = scene.number("geometry.length");
@@ -61,7 +81,7 @@ std::unique_ptr<Simulation> build_column(const Case& scene, const Numerics& nume
   const auto n = static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) * static_cast<std::size_t>(count[2]);
   points.resize(n);
   std::vector<InitialState> initial(n);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(start.seed);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const double jitter = scene.number("mpm.jitter"), K0 = scene.number("initial.lateral_stress_ratio");
   std::size_t p = 0;
@@ -80,18 +100,19 @@ std::unique_ptr<Simulation> build_column(const Case& scene, const Numerics& nume
         initial[p] = {SymTensor{K0 * sigma_v, sigma_v, K0 * sigma_v, 0.0, 0.0, 0.0}, e0,
                       scene.number("initial.granular_temperature")};
       }
+  if (start.packing) start_from(*start.packing, scene, pitch[0] * pitch[1] * pitch[2], points, initial);
   const auto& registry = material_registry();
   return std::make_unique<Solver<K, Shape>>(setup, std::move(points), registry.at(scene.word("material.law"))(scene),
                                             initial);
 }
 
 template <class K>
-std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics, unsigned seed) {
+std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics, const Start& start) {
   const std::string& shape = scene.word("mpm.shape");
-  if (shape == "linear") return build_column<K, BSpline<1>>(scene, numerics, seed);
-  if (shape == "gimp") return build_column<K, Gimp>(scene, numerics, seed);
-  if (shape == "cubic_bspline") return build_column<K, BSpline<3>>(scene, numerics, seed);
-  return build_column<K, BSpline<2>>(scene, numerics, seed);
+  if (shape == "linear") return build_column<K, BSpline<1>>(scene, numerics, start);
+  if (shape == "gimp") return build_column<K, Gimp>(scene, numerics, start);
+  if (shape == "cubic_bspline") return build_column<K, BSpline<3>>(scene, numerics, start);
+  return build_column<K, BSpline<2>>(scene, numerics, start);
 }
 
 }  // namespace grainpair

@@ -59,7 +59,7 @@ double resident_bytes() {
 void step(benchmark::State& state, int dim, double points, const std::string& law, const std::string& shape, int threads) {
   omp_set_num_threads(threads);
   const double before = resident_bytes();
-  const auto simulation = make_simulation(scene(dim, points, law, shape), 1);
+  const auto simulation = make_simulation(scene(dim, points, law, shape), {});
   for (int i = 0; i < 3; ++i) simulation->step(simulation->stable_step().dt);
   state.counters["bytes_per_point"] = (resident_bytes() - before) / static_cast<double>(simulation->size());
   state.counters["points"] = static_cast<double>(simulation->size());
@@ -69,7 +69,7 @@ void step(benchmark::State& state, int dim, double points, const std::string& la
 template <class Solver, class Stage>
 void stage(benchmark::State& state, int dim, double points, Stage run) {
   omp_set_num_threads(1);
-  const auto simulation = make_simulation(scene(dim, points, "drucker_prager", "quadratic_bspline"), 1);
+  const auto simulation = make_simulation(scene(dim, points, "drucker_prager", "quadratic_bspline"), {});
   auto& solver = dynamic_cast<Solver&>(*simulation);
   solver.step(solver.stable_step().dt);
   const double dt = tiny * solver.stable_step().dt;
@@ -87,7 +87,7 @@ void bare(benchmark::State& state, double points) {
 void frame(benchmark::State& state, double points) {
   omp_set_num_threads(1);
   const Case column = scene(2, points, "drucker_prager", "quadratic_bspline");
-  const auto simulation = make_simulation(column, 1);
+  const auto simulation = make_simulation(column, {});
   const auto path = std::filesystem::temp_directory_path() / fmt::format("grainpair_{}.h5", getpid());
   state.counters["points"] = static_cast<double>(simulation->size());
   Output output(path, column, {});

@@ -91,7 +91,10 @@ def run(options) -> int:
         grain_stage, grain_results = grains(scene, options, common, scratch)
         continuum = Stage("continuum (MPM)", [program("mpm_run"), *common, "--seed", options.seed, "--progress",
                                               "--threads", options.threads, "-o", scratch / "mpm.h5"])
-        run_stages([grain_stage, continuum], together=cores() > 1, quiet=options.quiet)
+        packed = scene["initial.state"] == "packing"  # the continuum starts from the first packing
+        if packed:
+            continuum.command.extend(["--packing", grain_results[0]])
+        run_stages([grain_stage, continuum], together=cores() > 1 and not packed, quiet=options.quiet)
         for number, result in enumerate(grain_results, start=1):
             if result.parent != scratch:
                 shutil.copy(result, scratch / ("dem.h5" if number == 1 else f"dem_{number}.h5"))
