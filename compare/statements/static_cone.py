@@ -9,9 +9,8 @@ SMALL = 0.05  # accumulated deviatoric strain
 @statement(text="A failure surface bounds a static cone with small strains, bottom left, under a mobilised mass", source="Figure 3", unit="of the mass",
            bound="0.05 to 0.95, below and left of the rest", order=10)
 def static_cone(run):
-    """Share of the mass whose accumulated deviatoric strain stays below 0.05 to the end, a twentieth of what the failing mass reaches.
-    There is a cone when it is neither nothing nor everything, to a twentieth, and its centre lay below and left of the rest's in the
-    column."""
+    """Share of the mass whose accumulated deviatoric strain stays below 0.05 to the end. There is a cone when that is neither nothing
+    nor everything, to a twentieth, and its centre in the column at release lay below and left of the rest's."""
     start, end = run.clouds[0], run.clouds[-1]
     small = end.state["deviatoric_strain"] < SMALL
     share = float(end.mass[small].sum() / end.mass.sum())

@@ -14,6 +14,7 @@ from synthetic import write_run
 from compare import cli, mobilised
 from compare.programs import ROOT, program
 from compare.reductions import example_run, first_entries
+from compare.runs import open_run
 from compare.statements import all_statements, loss
 
 
@@ -85,7 +86,8 @@ def test_first_entries_are_the_first_frames():
 def folder(tmp_path_factory):
     """The page of a small collapse of the full model, seconds long."""
     folder = tmp_path_factory.mktemp("collapse")
-    words = ["column_ci", "--set", "material.law=solid_fluid", "--set", "time.frame_interval=0.1", "--out", str(folder), "--quiet"]
+    sets = ["material.law=solid_fluid", "mpm.cell_size=0.004", "time.frame_interval=0.1", "time.maximum=3"]
+    words = ["column_ci", *(word for one in sets for word in ("--set", one)), "--out", str(folder), "--quiet"]
     assert cli.main(["collapse", *words, "--table", str(folder / "kept" / "statements.csv")]) == 0
     return folder
 
@@ -141,3 +143,48 @@ def test_points_without_their_state_are_refused(tmp_path, capsys):
     assert cli.main(["collapse", str(tmp_path), "--quiet"]) == 2
     assert "regime" in capsys.readouterr().err
     assert {p.name for p in tmp_path.iterdir()} == {"mpm.h5"}
+
+
+def clouds(folder, name, *sets):
+    """A run of the smallest column, one cell thick, and its positions (frames, N, 2) over L0."""
+    words = [word for one in ("geometry.thickness=0.002", "time.maximum=1.5", *sets) for word in ("--set", one)]
+    subprocess.run([program("mpm_run"), ROOT / "cases" / "column_ci", *words, "--quiet", "-o", folder / name], check=True, capture_output=True)
+    run = open_run(folder / name)
+    return run, np.array([cloud.x[:, :2] for cloud in run.clouds]) / run.length
+
+
+@pytest.fixture(scope="module")
+def plane(tmp_path_factory):
+    return clouds(tmp_path_factory.mktemp("plane"), "plane.h5", "mpm.transfer=apic")
+
+
+def apart(plane, slab):
+    """Largest distance over L0, at any frame, between the points of a slab and the point of plane strain that each stands for."""
+    count = plane.shape[1]
+    return np.abs(slab.reshape(len(slab), count, -1, 2) - plane[:, :, None]).max()
+
+
+def test_a_slab_one_cell_thick_between_rollers_is_plane_strain(plane, tmp_path):
+    """Points in symmetric pairs across one cell move alike, and nothing moves across: plane strain is the slab's exact solution, and
+    with the same steps all that differs is rounding. Each of n steps adds about eps to strains of order one, so n eps L0; shear that
+    localises may let that grow, and a hundred times is allowed for. A step that differs moves points by far more."""
+    run, x = plane
+    slab, z = clouds(tmp_path, "slab.h5", "mpm.transfer=apic", "geometry.dimension=three_dimensional",
+                     f"mpm.time_step_fraction={run.case['mpm.time_step_fraction'] * np.sqrt(1.5)!r}")
+    assert slab.attributes["steps"] == run.attributes["steps"]
+    bound = 100.0 * run.attributes["steps"] * np.finfo(float).eps
+    assert apart(x, z) < bound
+    other, y = clouds(tmp_path, "other.h5", "mpm.transfer=apic", "mpm.time_step_fraction=0.4")
+    assert other.attributes["steps"] > run.attributes["steps"] and apart(x, y) > 1000.0 * bound
+
+
+def test_the_table_of_dimensions_keeps_rows_of_other_settings(tmp_path):
+    table = tmp_path / "dimension.csv"
+    words = ["dimension", "column_ci", "--quiet", "--table", str(table), "--set", "time.maximum=0.2", "--set", "mpm.cell_size=0.004"]
+    assert cli.main(words) == 0 and cli.main([*words, "--set", "mpm.transfer=apic"]) == 0 and cli.main(words) == 0
+    rows = pd.read_csv(table, comment="#")
+    assert rows.groupby("settings").size().tolist() == [3, 3]
+    apic = rows[rows["settings"].str.contains("apic")].set_index("kinematics")
+    assert apic.loc["slab", "points"] == 2 * apic.loc["plane strain", "points"]
+    assert apic.loc["slab, step of plane strain", "run_out"] == apic.loc["plane strain", "run_out"]
+    assert (apic["cost"] > 0.0).all() and apic["cost"].iloc[0] == 1.0

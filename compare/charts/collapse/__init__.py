@@ -9,7 +9,7 @@ import numpy as np
 from compare.charts import NARROW, WIDE
 from compare.reductions import mass_quantile
 
-INSTANTS = (0.5, 1.0, 1.5, 2.0, 3.0)  # sqrt(H/g); then the end. The paper's text gives no times; its figures end near 3.
+INSTANTS = (0.5, 1.0, 1.5, 2.0, 3.0)  # sqrt(H/g), before and after the peak of kinetic energy; the paper's text names no times
 
 
 def instants(run) -> list[int]:

@@ -26,7 +26,7 @@ def regime_shares(run, narrow):
                 times.append(np.median(entry[k][inside]))
         axes[1].plot(middle, times, "o-", ms=3.5, color=COLOURS[k + 1], label=WORDS[k + 1].replace("-\n", "-"))
     axes[1].set(title="median time of first entry [√(H/g)]", xlabel="depth below top or free side at release, over H", xlim=(0.0, None))
-    axes[1].set_ylim(bottom=0.0)
+    axes[1].set_yscale("log")
     axes[1].legend(fontsize=8)
     return figure, ("Left, how much of the mass is in each regime. Right, when points of a depth first enter regimes 2, 3 and 4, the median of each tenth "
                     "of the height; a tenth of which less than half ever enters a regime has no median and no mark.")

@@ -1,0 +1,77 @@
+"""Plane strain against the slab of [Ceccato2019], one cell thick between rollers: difference and cost, as a table.
+
+Each row is one run of the continuum. The slab's points stand in pairs across its thickness, so that plane strain is its exact
+solution; what is left of a difference is numerical. --scatter gives the scale: plane strain again, from points displaced by 1e-10
+of their spacing.
+"""
+
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from compare import case
+from compare.commands.run import find_case
+from compare.engines import Stage, run_stages
+from compare.metrics.kinetic_energy_peak import kinetic_energy_peak
+from compare.metrics.kinetic_energy_peak_time import kinetic_energy_peak_time
+from compare.programs import program
+from compare.reductions import mass_quantile
+from compare.runs import Run, open_run
+from compare.study import provenance
+
+JITTER = 1e-10  # point spacings
+ROUNDING = 1e-9  # added to shares of the mass: of equal points they are whole numbers, and one point more or less would be rounding's choice
+
+
+def arguments(parser):
+    parser.add_argument("case", nargs="?", default="column", metavar="CASE", help="case file, folder that holds case.toml, or name (%(default)s)")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides", help="overrides a key of the case; may be repeated")
+    parser.add_argument("--scatter", type=int, default=0, metavar="N", help="further runs in plane strain, perturbed (%(default)s)")
+    parser.add_argument("--table", type=Path, metavar="FILE", help="keep the rows as CSV; rows of other settings that it holds stay")
+    parser.add_argument("--quiet", action="store_true", help="show no progress")
+
+
+def run(options) -> int:
+    scene = case.load(find_case(options.case), options.overrides)
+    sets = [*options.overrides, f"geometry.thickness={scene['mpm.cell_size']!r}"]
+    # The step's limit falls as 1/√(dimensions) where stiffness sets it; there the scaled fraction gives the slab the steps of plane strain.
+    equal = f"mpm.time_step_fraction={scene['mpm.time_step_fraction'] * np.sqrt(1.5)!r}"
+    plans = [("plane strain", 1, []), ("slab", 1, ["geometry.dimension=three_dimensional"]),
+             ("slab, step of plane strain", 1, ["geometry.dimension=three_dimensional", equal])]
+    plans += [("plane strain, perturbed", seed, [f"mpm.jitter={JITTER}"]) for seed in range(1, options.scatter + 1)]
+    rows = []
+    for name, seed, more in plans:
+        with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+            result = Path(folder) / "mpm.h5"
+            words = [word for assignment in sets + more for word in ("--set", assignment)]
+            run_stages([Stage(name, [program("mpm_run"), scene.path, *words, "--seed", seed, "--progress", "-o", result])], quiet=options.quiet)
+            rows.append({"settings": " ".join(options.overrides) or "as the case says", "kinematics": name, "seed": seed} | figures(open_run(result)))
+    table = pd.DataFrame(rows)
+    table["cost"] = table["cpu_seconds"] / table["cpu_seconds"].iloc[0]
+    print(table.drop(columns="settings").to_string(index=False, float_format=lambda x: f"{x:.4g}"))
+    if options.table:
+        keep(table, options.table)
+        print(options.table)
+    return 0
+
+
+def figures(run: Run) -> dict:
+    """run-outs [L0] by 99.5 and 99 % of the mass, height [H] by 99.5 %, peak [sqrt(H/g)] and accounts at the end over the energy released."""
+    run.reference_energy = run.released()
+    end = run.clouds[-1]
+    front, near_front, height = (mass_quantile(end.x[:, axis], end.mass, share + ROUNDING) for axis, share in ((0, 0.995), (0, 0.99), (1, 0.995)))
+    accounts = {name: run.normalised(name)[-1] for name in ("dissipated_plastic", "dissipated_collisional", "loss_transfer", "loss_time_integration")}
+    return {"run_out": front / run.length - 1.0, "run_out_99": near_front / run.length - 1.0, "height": height / run.height,
+            "peak_time": kinetic_energy_peak_time(run), "peak": kinetic_energy_peak(run)} | accounts | {
+                "until": run.tau()[-1], "points": len(end.mass), "steps": int(run.attributes["steps"]), "cpu_seconds": run.attributes["cpu_seconds"]}
+
+
+def keep(table: pd.DataFrame, path: Path):
+    if path.exists():
+        others = pd.read_csv(path, comment="#")
+        table = pd.concat([others[~others["settings"].isin(table["settings"])], table])
+    provenance.save(table, path, provenance.about(" ".join(["./grainpair", *sys.argv[1:]])), "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; "
+                    "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; cost: processor time over that in plane strain")
