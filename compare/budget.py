@@ -20,7 +20,8 @@ class Account:
 ACCOUNTS = {
     "mpm": (("plastic", "dissipated", "dissipated_plastic"), ("collisional", "dissipated", "dissipated_collisional"),
             ("at walls", "dissipated", "dissipated_wall"), ("transfer loss", "numerical", "loss_transfer"),
-            ("time integration", "numerical", "loss_time_integration"), ("detached points", "numerical", "loss_detached")),
+            ("time integration", "numerical", "loss_time_integration"), ("mixing of void ratios", "numerical", "loss_mixing"),
+            ("detached points", "numerical", "loss_detached")),
     "dem": (("normal", "dissipated", "dissipated_normal"), ("tangential", "dissipated", "dissipated_tangential"),
             ("at walls", "dissipated", "dissipated_wall")),
 }

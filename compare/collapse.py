@@ -13,7 +13,7 @@ from compare.metrics.run_out import run_out
 from compare.runs import POINT_STATE, Run, open_fields, open_run
 from compare.statements import judge
 
-LOSSES = ("unaccounted", "loss_transfer", "loss_time_integration", "loss_detached")
+LOSSES = ("unaccounted", "loss_transfer", "loss_time_integration", "loss_mixing", "loss_detached")
 
 
 def open_collapse(path: Path) -> Run:

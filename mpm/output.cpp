@@ -174,7 +174,8 @@ void Output::finish(const std::string& end_reason, double cpu_seconds, double wa
     account("dissipated_wall", "work done on the walls", &EnergyLedger::wall);
     account("loss_transfer", "numerical: lost between points and grid", &EnergyLedger::transfer);
     account("loss_time_integration", "numerical: lost by the finite step", &EnergyLedger::time_integration);
-    account("loss_detached", "numerical: held by points when they detached", &EnergyLedger::detached);
+    account("loss_mixing", "numerical: lost where void ratios mix within a cell", &EnergyLedger::mixing);
+    account("loss_detached", "numerical: work of points on motion beyond the volume of their cell", &EnergyLedger::detached);
     column("dissipated", "J", "all physical dissipation", [](const Row& row) { return row.ledger.dissipated(); });
     column("unaccounted", "J", "sum of the numerical losses", [](const Row& row) { return row.ledger.numerical(); });
     column("time_step", "s", "time step", [](const Row& row) { return row.time_step; });

@@ -21,6 +21,7 @@ Numerics numerics_of(const Case& scene) {
                                                                       {"xpic", TransferScheme::xpic}}),
       .relaxation_time = scene.number("mpm.relaxation_time"),
       .gradient_relaxation_time = scene.number("mpm.gradient_relaxation_time"),
+      .void_ratio_relaxation_time = scene.number("mpm.void_ratio_relaxation_time"),
       .xpic_order = static_cast<int>(scene.integer("mpm.xpic_order")),
       .stress_update = choice<StressUpdate>(scene.word("mpm.stress_update"), {{"first", StressUpdate::first},
                                                                               {"last", StressUpdate::last},

@@ -35,6 +35,7 @@ struct Numerics {
   TransferScheme transfer = TransferScheme::affine_flip;
   double relaxation_time = 0.0;                  // of flip and affine_flip, and ... [s]
   double gradient_relaxation_time = 0.0;         // ... of the gradient of affine_flip [s]
+  double void_ratio_relaxation_time = 0.0;       // within cells; 0: none [s]
   int xpic_order = 2;
   StressUpdate stress_update = StressUpdate::last;
   VolumetricAveraging averaging = VolumetricAveraging::cell;
@@ -93,7 +94,8 @@ class Solver final : public Simulation {
          const std::vector<InitialState>& initial)
       : setup_(setup), grid_(setup.cells, setup.numerics.h, setup.point_size), points_(std::move(points)),
         body_(std::move(body)), deformation_(points_.size()), displacement_(points_.size()),
-        work_(points_.size()), step_energies_(points_.size()), scratch_(points_.size()) {
+        work_(points_.size()), step_energies_(points_.size()), scratch_(points_.size()), mixing_(points_.size()) {
+    for (const double e : points_.void_ratio) loosest_mixed_ = std::max(loosest_mixed_, 2.0 * e);
     for (std::size_t p = 0; p < points_.size(); ++p)
       cell_volume_ = std::max(cell_volume_, volume(p) * std::pow(setup.numerics.h / setup.point_size, dim));
     body_->resize(points_.size());
@@ -172,7 +174,7 @@ class Solver final : public Simulation {
   /// Sums a sweep makes, kept by strip so that their order never changes.
   struct Sums {
     double kinetic_before = 0.0, kinetic_after = 0.0, potential = 0.0, speed = 0.0;
-    double stored = 0.0, fluctuation = 0.0, plastic = 0.0, collisional = 0.0, detached = 0.0;
+    double stored = 0.0, fluctuation = 0.0, plastic = 0.0, collisional = 0.0, detached = 0.0, mixing = 0.0;
     std::ptrdiff_t escaped = -1;
   };
 
@@ -190,6 +192,7 @@ class Solver final : public Simulation {
   template <bool Velocity, bool Gradient, Affine Carried>
   Sums gather_strip(const Strip& strip, const Filter& filter, double dt);
   void average_volumetric_rate();
+  void mix_void_ratios(double dt);
   void move(double dt);
   void update_stress(double dt);
   void update_pressure_correction();
@@ -323,6 +326,8 @@ class Solver final : public Simulation {
   std::vector<double> work_;
   std::vector<Energies> step_energies_;
   std::vector<double> scratch_;
+  std::vector<double> mixing_;       // volumetric strain rate that mixing gives a point, compression positive [1/s]
+  double loosest_mixed_ = 0.0;       // void ratio [-]
   std::vector<double> cell_weight_, cell_value_;
   std::vector<Strip> strips_;
   std::array<int, dim> active_begin_{}, active_end_{};

@@ -10,7 +10,7 @@ def profile(run, values):
     return values[:, inside].mean(axis=1)
 
 
-@chart("State at the release", order=7)
+@chart("State at the release", order=8)
 def initial_state(comparison, narrow):
     if not all({"contact_stress", "stress_state"} & run.fields.values.keys() for run in comparison.first):
         return None  # grains without contacts, as plain dumps are

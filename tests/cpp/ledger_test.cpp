@@ -125,6 +125,32 @@ TEST(Ledger, CollisionalIsTheHeatThatCools) {
   EXPECT_NEAR(solver->ledger().numerical(), 0.0, 1e-9 * held);
 }
 
+// Mixing: void ratios that differ within a cell become one, the cell's volume stays, and the elastic energy that this frees is
+// that of the pressures evening out: sum V p^2/2K before, less V (mean p)^2/2K after.
+TEST(Ledger, MixingFreesTheEnergyOfUnevenPressures) {
+  Block<PlaneStrain> block{.box = {4, 4}, .low = {0, 0}, .high = {4, 4}};
+  block.body = linear_elastic(0.25);
+  const double K = density * 100.0 / 1.8;  // P-wave modulus M = 9/5 K at nu = 1/4
+  const auto above = [](const auto& x) { return std::fmod(x[1], 0.1) > 0.05; };
+  block.stress = [&](const auto& x) { return SymTensor((above(x) ? 300.0 : 100.0) * identity()); };
+  block.numerics.void_ratio_relaxation_time = 1e-3;
+  auto solver = block.build<BSpline<2>>();
+  // strain 100 Pa/K apart from the mean, one way and the other
+  for (std::size_t p = 0; p < solver->size(); ++p)
+    solver->points().void_ratio[p] += (above(solver->points().x[p]) ? -1 : 1) * 100.0 / K * (1.0 + void_ratio);
+  const double volume = 0.16, held = solver->ledger().stored;
+  for (int i = 0; i < 4000; ++i) solver->step(1e-5);
+  double least = 1e9, most = -1e9;
+  for (std::size_t p = 0; p < solver->size(); ++p)
+    least = std::min(least, solver->points().void_ratio[p]), most = std::max(most, solver->points().void_ratio[p]);
+  EXPECT_NEAR(least, void_ratio, 1e-6);
+  EXPECT_NEAR(most, void_ratio, 1e-6);
+  const double freed = volume * 100.0 * 100.0 / (2.0 * K);
+  EXPECT_NEAR(held - solver->ledger().stored, freed, 0.01 * freed);  // strains of 2e-3: the volume they act on varies by that
+  EXPECT_NEAR(solver->ledger().mixing, freed, 0.01 * freed);
+  EXPECT_NEAR(solver->ledger().numerical(), freed, 0.01 * freed);
+}
+
 // Detached: one point alone in its cell, under pressure and flying apart, gives the grid p V tr(L) dt and then nothing more.
 TEST(Ledger, DetachedIsTheWorkBeyondTheCell) {
   const double pressure = 1000.0, rate = 1.0, dt = 1e-7;
