@@ -13,7 +13,8 @@ from compare.metrics.run_out import run_out
 from compare.runs import POINT_STATE, Run, open_fields, open_run
 from compare.statements import judge
 
-LOSSES = ("unaccounted", "loss_transfer", "loss_time_integration", "loss_mixing", "loss_detached")
+LOSSES = {"loss_transfer": "between points and grid", "loss_time_integration": "by the finite step", "loss_mixing": "where void ratios mix",
+          "loss_detached": "by points that detached"}
 
 
 def open_collapse(path: Path) -> Run:
@@ -42,9 +43,9 @@ def make(path: Path, folder: Path, tell=lambda fraction, text: None) -> dict:
     statements = judge(run)
     write_atomically(folder / "statements.json", json.dumps(statements, indent=1, ensure_ascii=False) + "\n")
     figures = report.draw_all(all_charts("compare.charts.collapse"), run, folder / "figures", lambda share, text: tell(0.3 + 0.7 * share, text))
-    losses = {name: float(run.normalised(name)[-1]) for name in LOSSES}
+    losses = {name: float(run.normalised(name)[-1]) for name in ("unaccounted", *LOSSES)}
     write_atomically(folder / "collapse.html", report.page(
-        "collapse.html.j2", [run], run.case, title=run.case.values.get("title", "Collapse"), statements=statements, figures=figures,
+        "collapse.html.j2", [run], run.case, title=run.case.values.get("title", "Collapse"), statements=statements, figures=figures, loss_words=LOSSES,
         held=sum(s["verdict"] == "holds" for s in statements.values()), losses=losses, run_out=run_out(run), height=final_height(run),
         released=run.released(), end=float(run.tau()[-1]), rest=run.attributes.get("end_reason") == "rest",
         warnings=run.attributes.get("warnings", "none")))

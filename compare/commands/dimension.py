@@ -66,12 +66,14 @@ def figures(run: Run) -> dict:
     accounts = {name: run.normalised(name)[-1] for name in ("dissipated_plastic", "dissipated_collisional", "loss_transfer", "loss_time_integration")}
     return {"run_out": front / run.length - 1.0, "run_out_99": near_front / run.length - 1.0, "height": height / run.height,
             "peak_time": kinetic_energy_peak_time(run), "peak": kinetic_energy_peak(run)} | accounts | {
-                "until": run.tau()[-1], "points": len(end.mass), "steps": int(run.attributes["steps"]), "cpu_seconds": run.attributes["cpu_seconds"]}
+                "until": run.tau()[-1], "points": len(end.mass), "steps": int(run.attributes["steps"]), "cpu_seconds": run.attributes["cpu_seconds"], "solver": run.attributes["commit"]}
 
 
 def keep(table: pd.DataFrame, path: Path):
     if path.exists():
         others = pd.read_csv(path, comment="#")
         table = pd.concat([others[~others["settings"].isin(table["settings"])], table])
-    provenance.save(table, path, provenance.about(" ".join(["./grainpair", *sys.argv[1:]])), "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; "
-                    "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; cost: processor time over that in plane strain")
+    origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
+    del origin["commit"]  # every row has its solver's
+    provenance.save(table, path, origin, "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; "
+                    "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: processor time over plane strain's")
