@@ -1,5 +1,6 @@
 // What a constitutive law is to the solver: a value of constants, a plain State per point, and pure functions.
 //
+// They are written once over Real, for one point or for several at once (wide.hpp); structs hold Reals alone.
 // A law knows no grid, no globals, no files. Each law lives in one file, mpm/materials/<law>.cpp, which ends in
 // GRAINPAIR_REGISTER_MATERIAL(Law, "name"). Sign: compression positive, for stress, strain and D.
 #pragma once
@@ -13,43 +14,50 @@
 #include <vector>
 
 #include "mpm/tensor.hpp"
+#include "mpm/wide.hpp"
 
 namespace grainpair {
 
 struct Case;
 
 /// What a point goes through in one step.
-struct Deformation {
-  SymTensor D;             // rate of deformation, compression positive [1/s]
-  Vec3 spin;               // axial vector of W = skew(grad v), so that W a = spin x a [1/s]
-  double dt;               // [s]
-  double void_ratio_old;   // e at the start and ...
-  double void_ratio;       // ... at the end of the step, both from det F [-]
+template <class Real>
+struct DeformationOf {
+  Tensor<Real> D;                  // rate of deformation, compression positive [1/s]
+  Eigen::Matrix<Real, 3, 1> spin;  // axial vector of W = skew(grad v), so that W a = spin x a [1/s]
+  Real dt;                         // [s]
+  Real void_ratio_old;             // e at the start and ...
+  Real void_ratio;                 // ... at the end of the step, both from det F [-]
 };
+using Deformation = DeformationOf<double>;
 
 /// Energies per unit mass of solid [J/kg]: the first two are held in the new state, the last two were dissipated
 /// during the update. sigma_bar : D dt (1+e)/rho_s = d(stored + fluctuation) + plastic + collisional, where
 /// sigma_bar is the mean stress `work_stress` the law reports.
-struct Energies {
-  double stored = 0.0, fluctuation = 0.0;
-  double plastic = 0.0, collisional = 0.0;
+template <class Real>
+struct EnergiesOf {
+  Real stored = 0.0, fluctuation = 0.0;
+  Real plastic = 0.0, collisional = 0.0;
 };
+using Energies = EnergiesOf<double>;
 
 /// Result of an update. `work` is the stress power integrated over the step as the law understands it [J/kg].
-template <class State>
+template <class Real, template <class> class State>
 struct Response {
-  SymTensor sigma;  // total stress, quasi-static + collisional [Pa]
-  State state;
-  Energies energies;
-  double work = 0.0;  // = d(stored + fluctuation) + plastic + collisional to round-off [J/kg]
-  int regime = 0;     // 1 visco-elastic, 2 visco-elasto-plastic, 3 critical, 4 collisional; 0 none
+  Tensor<Real> sigma;  // total stress, quasi-static + collisional [Pa]
+  State<Real> state;
+  EnergiesOf<Real> energies;
+  Real work = 0.0;    // = d(stored + fluctuation) + plastic + collisional to round-off [J/kg]
+  Real regime = 0.0;  // 1 visco-elastic, 2 visco-elasto-plastic, 3 critical, 4 collisional; 0 none
 };
 
 /// What limits an explicit step at a point.
-struct Stability {
-  double modulus;    // P-wave modulus, so that c = sqrt(modulus/density) [Pa]
-  double viscosity;  // longitudinal viscosity lambda + 4 eta/3 [Pa s]
+template <class Real>
+struct StabilityOf {
+  Real modulus;    // P-wave modulus, so that c = sqrt(modulus/density) [Pa]
+  Real viscosity;  // longitudinal viscosity lambda + 4 eta/3 [Pa s]
 };
+using Stability = StabilityOf<double>;
 
 /// The state a point starts from.
 struct InitialState {
@@ -58,13 +66,17 @@ struct InitialState {
   double granular_temperature; // [m2/s2]
 };
 
+/// What a law does for one point (Real = double) or for several at once (Real = Wide).
+template <class M, class Real>
+concept Updates = requires(const M law, const typename M::template State<Real> s, const DeformationOf<Real>& step, Real e) {
+  { law.update(s, step) } -> std::same_as<Response<Real, M::template State>>;
+  { law.stability(s, e) } -> std::same_as<StabilityOf<Real>>;
+  { law.granular_temperature(s) } -> std::same_as<Real>;  // 0 where the law has none
+};
+
 template <class M>
-concept Material = requires(const M law, const typename M::State s, const Deformation& step,
-                            const InitialState& initial, const SymTensor& sigma, double e) {
-  { law.initial(initial) } -> std::same_as<Response<typename M::State>>;
-  { law.update(s, step) } -> std::same_as<Response<typename M::State>>;
-  { law.stability(s, sigma, e) } -> std::same_as<Stability>;
-  { law.granular_temperature(s) } -> std::convertible_to<double>;  // 0 where the law has none
+concept Material = Updates<M, double> && Updates<M, Wide> && requires(const M law, const InitialState& initial) {
+  { law.initial(initial) } -> std::same_as<Response<double, M::template State>>;
 };
 
 }  // namespace grainpair

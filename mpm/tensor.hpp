@@ -8,6 +8,9 @@
 #include <Eigen/Dense>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
+
+#include "mpm/wide.hpp"
 
 namespace grainpair {
 
@@ -15,31 +18,94 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using SymTensor = Eigen::Matrix<double, 6, 1>;  // Mandel components
 
+/// The same of several points at once. Copied component by component, so that it stays in registers.
+class WideTensor {
+ public:
+  using Scalar = Wide;
+  WideTensor() = default;
+  WideTensor(const Wide& xx, const Wide& yy, const Wide& zz, const Wide& xy, const Wide& yz, const Wide& zx)
+      : c_{xx, yy, zz, xy, yz, zx} {}
+  WideTensor(const WideTensor& a) : WideTensor(a[0], a[1], a[2], a[3], a[4], a[5]) {}
+  WideTensor& operator=(const WideTensor& a) {
+    c_[0] = a[0], c_[1] = a[1], c_[2] = a[2], c_[3] = a[3], c_[4] = a[4], c_[5] = a[5];
+    return *this;
+  }
+  static WideTensor Zero() { return {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}; }
+
+  Wide& operator[](int i) { return c_[i]; }
+  const Wide& operator[](int i) const { return c_[i]; }
+
+  friend WideTensor operator+(const WideTensor& a, const WideTensor& b) {
+    return {a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]};
+  }
+  friend WideTensor operator-(const WideTensor& a, const WideTensor& b) {
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4], a[5] - b[5]};
+  }
+  friend WideTensor operator*(const Wide& x, const WideTensor& a) {
+    return {x * a[0], x * a[1], x * a[2], x * a[3], x * a[4], x * a[5]};
+  }
+  WideTensor& operator+=(const WideTensor& b) { return *this = *this + b; }
+
+  Wide dot(const WideTensor& b) const {
+    const WideTensor& a = *this;
+    return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
+  }
+  Wide squaredNorm() const { return dot(*this); }
+  Wide norm() const { return sqrt(squaredNorm()); }
+
+ private:
+  Wide c_[6];
+};
+
+/// SymTensor for Real = double.
+template <class Real>
+using Tensor = std::conditional_t<std::is_same_v<Real, double>, SymTensor, WideTensor>;
+
 inline SymTensor identity() {
   // loaded whole: six scalar stores followed by vector loads would stall on every use
   alignas(32) static constexpr double components[] = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
   return Eigen::Map<const SymTensor>(components);
 }
 
-inline double trace(const SymTensor& a) { return a[0] + a[1] + a[2]; }
+/// a + x I
+inline SymTensor plus_isotropic(const SymTensor& a, double x) { return a + x * identity(); }
+inline WideTensor plus_isotropic(const WideTensor& a, const Wide& x) {
+  return {a[0] + x, a[1] + x, a[2] + x, a[3], a[4], a[5]};
+}
+/// x I
+inline SymTensor isotropic(double x) { return x * identity(); }
+inline WideTensor isotropic(const Wide& x) { return {x, x, x, 0.0, 0.0, 0.0}; }
 
-inline SymTensor deviator(const SymTensor& a) {
-  SymTensor s = a;
-  s -= (trace(a) / 3.0) * identity();
-  return s;
+/// m ? yes : no, point by point.
+inline SymTensor select(bool m, const SymTensor& yes, const SymTensor& no) { return m ? yes : no; }
+inline WideTensor select(const Mask<Wide>& m, const WideTensor& yes, const WideTensor& no) {
+  const auto at = [&](int i) { return select(m, yes[i], no[i]); };
+  return {at(0), at(1), at(2), at(3), at(4), at(5)};
+}
+
+template <class T>
+typename T::Scalar trace(const T& a) {
+  return a[0] + a[1] + a[2];
+}
+
+template <class T>
+Tensor<typename T::Scalar> deviator(const T& a) {
+  return plus_isotropic(a, trace(a) * (-1.0 / 3));
 }
 
 /// det a, with the Mandel shears undone.
-inline double determinant(const SymTensor& a) {
+template <class T>
+typename T::Scalar determinant(const T& a) {
   constexpr double r2 = std::numbers::sqrt2;
   return a[0] * a[1] * a[2] + a[3] * a[4] * a[5] / r2 -
          0.5 * (a[0] * a[4] * a[4] + a[1] * a[5] * a[5] + a[2] * a[3] * a[3]);
 }
 
 /// a . a (matrix product), again symmetric.
-inline SymTensor square(const SymTensor& a) {
+template <class T>
+Tensor<typename T::Scalar> square(const T& a) {
   constexpr double r = 1.0 / std::numbers::sqrt2;
-  return SymTensor{a[0] * a[0] + 0.5 * (a[3] * a[3] + a[5] * a[5]),
+  return Tensor<typename T::Scalar>{a[0] * a[0] + 0.5 * (a[3] * a[3] + a[5] * a[5]),
                    a[1] * a[1] + 0.5 * (a[3] * a[3] + a[4] * a[4]),
                    a[2] * a[2] + 0.5 * (a[4] * a[4] + a[5] * a[5]),
                    a[3] * (a[0] + a[1]) + r * a[4] * a[5],
@@ -47,25 +113,24 @@ inline SymTensor square(const SymTensor& a) {
                    a[5] * (a[0] + a[2]) + r * a[3] * a[4]};
 }
 
-inline SymTensor from_matrix(const Mat3& m) {
+template <class E>
+Tensor<typename E::Scalar> from_matrix(const Eigen::MatrixBase<E>& matrix) {
+  const Eigen::Matrix<typename E::Scalar, 3, 3> m = matrix;
   constexpr double r = 1.0 / std::numbers::sqrt2;
-  return SymTensor{m(0, 0),
-                   m(1, 1),
-                   m(2, 2),
-                   r * (m(0, 1) + m(1, 0)),
-                   r * (m(1, 2) + m(2, 1)),
-                   r * (m(2, 0) + m(0, 2))};
+  return {m(0, 0), m(1, 1), m(2, 2), r * (m(0, 1) + m(1, 0)), r * (m(1, 2) + m(2, 1)), r * (m(2, 0) + m(0, 2))};
 }
 
-inline Mat3 to_matrix(const SymTensor& a) {
+template <class T>
+Eigen::Matrix<typename T::Scalar, 3, 3> to_matrix(const T& a) {
   constexpr double r = 1.0 / std::numbers::sqrt2;
-  Mat3 m;
+  Eigen::Matrix<typename T::Scalar, 3, 3> m;
   m << a[0], r * a[3], r * a[5], r * a[3], a[1], r * a[4], r * a[5], r * a[4], a[2];
   return m;
 }
 
 /// R a R^T for a proper rotation R.
-inline SymTensor rotated(const SymTensor& a, const Mat3& r) {
+template <class T>
+T rotated(const T& a, const Eigen::Matrix<typename T::Scalar, 3, 3>& r) {
   return from_matrix(r * to_matrix(a) * r.transpose());
 }
 

@@ -10,35 +10,43 @@ namespace {
 
 class CriticalStatePlasticity {
  public:
-  using State = QuasiStaticState;
+  static constexpr bool regimes_cost_differently = true;
+  template <class Real>
+  using State = QuasiStaticState<Real>;
 
   explicit CriticalStatePlasticity(const Case& c) : model_(c) {
     if (c.word("material.integrator") == "dormand_prince") rates_.emplace(model_);
   }
 
-  Response<State> initial(const InitialState& start) const {
+  Response<double, State> initial(const InitialState& start) const {
     return respond(model_.initial(start.sigma, start.void_ratio), start.void_ratio);
   }
 
-  Response<State> update(const State& old, const Deformation& step) const {
-    const State turned{corotated(old.strain, step.spin, step.dt), old.regime};
-    const SymTensor increment = strain_increment(step);
+  template <class Real>
+  Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>& step) const {
+    const State<Real> turned{corotated(old.strain, step.spin, step.dt), old.regime};
+    const Tensor<Real> increment = strain_increment(step);
     return respond(rates_
                        ? (*rates_)(turned, increment, step.void_ratio_old, step.void_ratio)
                        : model_.implicit(turned, increment, step.void_ratio_old, step.void_ratio),
                    step.void_ratio);
   }
 
-  Stability stability(const State& state, const SymTensor&, double e) const {
+  template <class Real>
+  StabilityOf<Real> stability(const State<Real>& state, const Real& e) const {
     return {model_.modulus(state, e), 0.0};
   }
 
-  double granular_temperature(const State&) const { return 0.0; }
+  template <class Real>
+  Real granular_temperature(const State<Real>&) const {
+    return 0.0;
+  }
 
  private:
-  Response<State> respond(const QuasiStaticResponse& q, double e) const {
+  template <class Real>
+  Response<Real, State> respond(const QuasiStaticResponse<Real>& q, const Real& e) const {
     const double per_mass = model_.volume.per_mass();
-    Response<State> r;
+    Response<Real, State> r;
     r.sigma = model_.volume.cauchy(e) * q.stress;
     r.state = q.state;
     r.energies.stored = per_mass * q.stored;

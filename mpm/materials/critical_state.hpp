@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "mpm/case.hpp"
+#include "mpm/wide.hpp"
 
 namespace grainpair {
 
@@ -35,38 +36,36 @@ class CriticalState {
         form_(f) {}
 
   /// p_cs(e) [Pa]
-  double pressure(double e) const {
-    const double x = 1.0 / (1.0 + e) - nu_c_;
-    return x <= 0.0 ? 0.0
-                    : scale_ * (form_ == Form::linear        ? x
-                                : form_ == Form::square_root ? x * x
-                                                             : x * std::sqrt(x));
+  template <class Real>
+  Real pressure(const Real& e) const {
+    const Real x = larger(1.0 / (1.0 + e) - nu_c_, Real(0.0));
+    return scale_ * (form_ == Form::linear ? x : form_ == Form::square_root ? x * x : x * sqrt(x));
   }
 
   /// K_cs = nu dp_cs/dnu [Pa]
-  double modulus(double e) const {
-    const double nu = 1.0 / (1.0 + e), x = nu - nu_c_;
-    if (x <= 0.0) return 0.0;
-    return scale_ * nu *
-           (form_ == Form::linear        ? 1.0
-            : form_ == Form::square_root ? 2.0 * x
-                                         : 1.5 * std::sqrt(x));
+  template <class Real>
+  Real modulus(const Real& e) const {
+    const Real nu = 1.0 / (1.0 + e), x = nu - nu_c_, dense = select(x > 0.0, scale_ * nu, Real(0.0));
+    if (form_ == Form::linear) return dense;
+    return dense * (form_ == Form::square_root ? 2.0 * x : 1.5 * sqrt(larger(x, Real(0.0))));
   }
 
   /// e_cs(p), the void ratio at which p_cs = p
-  double void_ratio(double p) const {
-    const double x = p / scale_;
+  template <class Real>
+  Real void_ratio(const Real& p) const {
+    const Real x = p / scale_;
     return 1.0 / (nu_c_ + (form_ == Form::linear        ? x
-                           : form_ == Form::square_root ? std::sqrt(x)
-                                                        : std::cbrt(x * x))) -
+                           : form_ == Form::square_root ? sqrt(x)
+                                                        : each_lane([](double y) { return std::cbrt(y * y); }, x))) -
            1.0;
   }
 
   /// sqrt(2/3) D: plastic volumetric strain per unit of plastic deviatoric strain |dev eps_p|,
   /// compression positive
-  double flow_ratio(double e, double p) const {
-    return std::clamp(root_two_thirds * A * (e - void_ratio(std::max(p, 0.0))), -largest_ratio,
-                      largest_ratio);
+  template <class Real>
+  Real flow_ratio(const Real& e, const Real& p) const {
+    const Real psi = e - void_ratio(larger(p, Real(0.0)));
+    return clamped(root_two_thirds * A * psi, Real(-largest_ratio), Real(largest_ratio));
   }
 
   double e_c;

@@ -19,21 +19,21 @@ class DormandPrince {
       : model_(model), tolerance_(relative_tolerance) {}
 
   /// One step, as QuasiStatic::implicit.
-  QuasiStaticResponse operator()(const QuasiStaticState& old, const SymTensor& increment,
-                                 double e_old, double e) const {
+  QuasiStaticResponse<double> operator()(const QuasiStaticState<double>& old, const SymTensor& increment,
+                                         double e_old, double e) const {
     const Path path{model_, increment, e_old};
     const auto before = model_.elasticity.evaluate(old.strain);
     Point now{old.strain, before.stress, 0.0};
-    Regime regime = old.regime;
+    double regime = old.regime;
     double t = 0.0, h = 1.0;
-    const auto finish = [&](QuasiStaticResponse r) {
+    const auto finish = [&](QuasiStaticResponse<double> r) {
       r.dissipated += now.dissipated;
       r.work = r.stored - before.energy + r.dissipated;
       return r;
     };
     const auto rest_in_closed_form = [&] {
       return finish(
-          model_.implicit({now.strain, regime}, (1.0 - t) * increment, path.void_ratio(t), e));
+          model_.implicit(QuasiStaticState<double>{now.strain, regime}, (1.0 - t) * increment, path.void_ratio(t), e));
     };
     const auto spent = [&](double pressure_before) {
       const double p = trace(now.stress) / 3.0;
@@ -41,7 +41,7 @@ class DormandPrince {
     };
     const auto release = [&] {
       now.dissipated += model_.elasticity.energy(now.strain);
-      const QuasiStaticResponse r = model_.open(0.0, path.void_ratio(t));
+      const QuasiStaticResponse<double> r = model_.open(0.0, path.void_ratio(t));
       now = {r.state.strain, r.stress, now.dissipated};
       regime = r.state.regime;
     };
@@ -56,8 +56,8 @@ class DormandPrince {
         if (!(contact < 1.0))
           return finish(model_.open(trace(now.strain) + (1.0 - t) * path.closing(t), e));
         const double next = contact + (1.0 - contact) * first_step;
-        const QuasiStaticResponse first =
-            model_.implicit({SymTensor::Zero(), regime}, (next - contact) * increment,
+        const QuasiStaticResponse<double> first =
+            model_.implicit(QuasiStaticState<double>{SymTensor::Zero(), regime}, (next - contact) * increment,
                             path.void_ratio(contact), path.void_ratio(next));
         now = {first.state.strain, first.stress, now.dissipated + first.dissipated};
         regime = first.state.regime;
@@ -117,6 +117,25 @@ class DormandPrince {
                                          : model_.loaded(now.strain, regime));
   }
 
+  /// The same for several points, one after the other.
+  [[gnu::noinline]] QuasiStaticResponse<Wide> operator()(const QuasiStaticState<Wide>& old, const WideTensor& increment,
+                                                         const Wide& e_old, const Wide& e) const {
+    constexpr std::size_t width = Wide::size();
+    std::array<QuasiStaticState<double>, width> state;
+    std::array<SymTensor, width> strain, stress;
+    std::array<double, width> stored, dissipated, work;
+    const auto at = [](std::size_t lane) { return lane; };
+    store<QuasiStaticState>(old, state.data(), at);
+    store<Tensor>(increment, strain.data(), at);
+    for (std::size_t lane = 0; lane < width; ++lane) {
+      const auto r = (*this)(state[lane], strain[lane], e_old[lane], e[lane]);
+      state[lane] = r.state, stress[lane] = r.stress;
+      stored[lane] = r.stored, dissipated[lane] = r.dissipated, work[lane] = r.work;
+    }
+    return {load<QuasiStaticState>(state.data(), at), load<Tensor>(stress.data(), at), load<Single>(stored.data(), at),
+            load<Single>(dissipated.data(), at), load<Single>(work.data(), at)};
+  }
+
  private:
   /// How plastic volume changes: by the state, by the locus p = p_cs(e), or dilating at the bound
   /// towards it.
@@ -148,7 +167,7 @@ class DormandPrince {
       const double rate = trace(increment), e = void_ratio(t);
       if (rising ? e >= model.locus.e_c : e < model.locus.e_c) return t;
       if (rate == 0.0 || (rate < 0.0) != rising) return std::numeric_limits<double>::infinity();
-      return volumetric_strain(e_old, model.locus.e_c) / rate;
+      return volumetric_strain<double>(e_old, model.locus.e_c) / rate;
     }
     /// Pseudo-time at which an open strain is back at a = 0.
     double closes(const SymTensor& strain, double t) const {

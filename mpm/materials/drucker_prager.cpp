@@ -12,59 +12,59 @@ namespace {
 
 class DruckerPrager {
  public:
+  template <class Real>
   struct State {
-    SymTensor strain =
-        SymTensor::Zero();  // elastic strain; trace < 0 is the opening since separation
+    Tensor<Real> strain = Tensor<Real>::Zero();  // elastic strain; trace < 0 is the opening since separation
   };
 
   explicit DruckerPrager(const Case& c)
       : elasticity_(c), volume_(c), stress_ratio_(c.number("material.stress_ratio")) {}
 
-  Response<State> initial(const InitialState& start) const {
-    return returned(elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio)),
-                    start.void_ratio);
+  Response<double, State> initial(const InitialState& start) const {
+    return returned<double>(elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio)), start.void_ratio);
   }
 
-  Response<State> update(const State& old, const Deformation& step) const {
-    const SymTensor before = corotated(old.strain, step.spin, step.dt);
-    const SymTensor trial = before + strain_increment(step);
-    Response<State> r = returned(trial, step.void_ratio);
-    if (r.regime != 1)
-      r.energies.plastic = volume_.per_mass() * plastic_work(stress(before), stress(r.state.strain),
-                                                             trial - r.state.strain);
-    r.work = r.energies.stored - volume_.per_mass() * energy(before) + r.energies.plastic;
+  template <class Real>
+  Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>& step) const {
+    const Tensor<Real> before = corotated(old.strain, step.spin, step.dt);
+    const Tensor<Real> trial = before + strain_increment(step);
+    Response<Real, State> r = returned<Real>(trial, step.void_ratio);
+    // the plastic strain is a deviator: it works with 2 G dev(eps) alone
+    const auto loaded = trace(before) > 0.0;
+    const Tensor<Real> plastic = trial - r.state.strain;
+    const Real work = plastic_work(select(loaded, before.dot(plastic), Real(0.0)),
+                                   select(r.regime == 0.0, Real(0.0), r.state.strain.dot(plastic)));
+    r.energies.plastic = 2.0 * volume_.per_mass() * elasticity_.shear * work;
+    r.work = r.energies.stored - select(loaded, volume_.per_mass() * elasticity_.energy(before), Real(0.0)) +
+             r.energies.plastic;
     return r;
   }
 
-  Stability stability(const State&, const SymTensor&, double e) const {
+  template <class Real>
+  StabilityOf<Real> stability(const State<Real>&, const Real& e) const {
     return {elasticity_.p_wave_modulus() * volume_.cauchy(e), 0.0};
   }
 
-  double granular_temperature(const State&) const { return 0.0; }
+  template <class Real>
+  Real granular_temperature(const State<Real>&) const {
+    return 0.0;
+  }
 
  private:
-  SymTensor stress(const SymTensor& strain) const {
-    return trace(strain) > 0.0 ? elasticity_.stress(strain) : SymTensor::Zero();
-  }
-  double energy(const SymTensor& strain) const {
-    return trace(strain) > 0.0 ? elasticity_.energy(strain) : 0.0;
-  }
-
   /// Radial return: q = sqrt(3/2) 2 G |dev(eps)| <= M K tr(eps).
-  Response<State> returned(const SymTensor& trial, double e) const {
-    const double volumetric = trace(trial);
-    const SymTensor dev = deviator(trial);
-    const double length2 = dev.squaredNorm();
-    const double limit = std::max(
-        stress_ratio_ * elasticity_.bulk * volumetric / (std::sqrt(6.0) * elasticity_.shear), 0.0);
-    Response<State> r;
-    r.regime = volumetric <= 0.0 ? 0 : length2 > limit * limit ? 2 : 1;
-    r.state.strain = r.regime == 1
-                         ? trial
-                         : SymTensor(volumetric / 3.0 * identity() +
-                                     (r.regime == 2 ? limit / std::sqrt(length2) : 0.0) * dev);
-    r.sigma = volume_.cauchy(e) * stress(r.state.strain);
-    r.energies.stored = volume_.per_mass() * energy(r.state.strain);
+  template <class Real>
+  Response<Real, State> returned(const Tensor<Real>& trial, const Real& e) const {
+    const Real volumetric = trace(trial);
+    const Tensor<Real> dev = deviator(trial);
+    const Real length2 = dev.squaredNorm();
+    const Real limit = stress_ratio_ * elasticity_.bulk / (std::sqrt(6.0) * elasticity_.shear) * volumetric;
+    const auto open = volumetric <= 0.0, flows = !open && length2 > limit * limit;
+    const Real excess = select(open, Real(1.0), select(flows, 1.0 - limit / sqrt(length2), Real(0.0)));
+    Response<Real, State> r;
+    r.regime = select(open, Real(0.0), select(flows, Real(2.0), Real(1.0)));
+    r.state.strain = trial - excess * dev;
+    r.sigma = select(open, Real(0.0), volume_.cauchy(e)) * elasticity_.stress(r.state.strain);
+    r.energies.stored = select(open, Real(0.0), volume_.per_mass() * elasticity_.energy(r.state.strain));
     return r;
   }
 

@@ -29,25 +29,27 @@ class Hyperelastic {
         kn(k * (1.0 - n)),
         coupling(2.0 * g / kn) {}
 
+  template <class T>
   struct Loaded {
-    SymTensor stress;  // [Pa]
-    double energy;     // [J/m3]
+    T stress;                  // [Pa]
+    typename T::Scalar energy; // [J/m3]
   };
 
   /// Stress and stored energy at an elastic strain; both zero where the strain has opened (a <= 0).
-  Loaded evaluate(const SymTensor& strain) const {
-    const double a = trace(strain);
-    if (a <= 0.0) return {SymTensor::Zero(), 0.0};
-    const SymTensor e = deviator(strain);
-    const double u = std::sqrt(a * a + coupling * e.squaredNorm());
-    const double p0 = reference_pressure(u), secant = p0 / u;
-    SymTensor sigma = secant * coupling * e;
-    sigma += (secant * a) * identity();
-    return {sigma, p0 * u * (1.0 - n) / (2.0 - n)};
+  template <class T, class Real = typename T::Scalar>
+  Loaded<Tensor<Real>> evaluate(const T& strain) const {
+    const Real a = trace(strain);
+    const Tensor<Real> e = deviator(strain);
+    const Real u2 = a * a + coupling * e.squaredNorm();
+    const Real P0_u = select(a > 0.0, secant(sqrt(u2)), Real(0.0));
+    return {plus_isotropic((coupling * P0_u) * e, P0_u * a), (1.0 - n) / (2.0 - n) * P0_u * u2};
   }
 
   /// Stress [Pa] at an elastic strain.
-  SymTensor stress(const SymTensor& strain) const { return evaluate(strain).stress; }
+  template <class T>
+  auto stress(const T& strain) const {
+    return evaluate(strain).stress;
+  }
 
   /// Elastic strain at a stress of positive pressure.
   SymTensor strain(const SymTensor& sigma) const {
@@ -61,7 +63,10 @@ class Hyperelastic {
   }
 
   /// Stored energy Psi = P0^(2-n)/(pa^(1-n) k(2-n)) [J/m3].
-  double energy(const SymTensor& strain) const { return evaluate(strain).energy; }
+  template <class T>
+  auto energy(const T& strain) const {
+    return evaluate(strain).energy;
+  }
 
   /// Gibbs (complementary) energy as the seed prints it, P0^(2-n)/(pa^(1-n) k(1-n)(2-n)) -
   /// p/(k(1-n)) [J/m3] [Ceccato2019, Eq. 7], with P0^2 = p^2 + k(1-n)/(2g) s:s [Ceccato2019, Eq.
@@ -88,27 +93,30 @@ class Hyperelastic {
 
   /// Upper bound of the P-wave modulus over all directions, B [k(1-n) + 4g/3 + n k (sigma_1/P0)^2]
   /// [Pa], with the largest principal stress sigma_1 <= p + 2q/3, at an elastic strain.
-  double p_wave_modulus(const SymTensor& strain) const {
-    const double a = trace(strain);
-    if (a <= 0.0) return 0.0;
-    const double e2 = deviator(strain).squaredNorm(), u2 = a * a + coupling * e2, u = std::sqrt(u2);
-    const double largest = a + coupling * std::sqrt(2.0 / 3.0 * e2);  // sigma_1/P0 * u
-    return reference_pressure(u) / (kn * u) * (kn + 4.0 / 3.0 * g + n * k * largest * largest / u2);
+  template <class T, class Real = typename T::Scalar>
+  Real p_wave_modulus(const T& strain) const {
+    const Real a = trace(strain), e2 = deviator(strain).squaredNorm();
+    const Real u2 = a * a + coupling * e2;
+    const Real largest = a + coupling * sqrt(2.0 / 3.0 * e2);  // sigma_1/P0 * u
+    const Real modulus = secant(sqrt(u2)) * (1.0 + 4.0 / 3.0 * g / kn + n * k / kn * largest * largest / u2);
+    return select(a > 0.0, modulus, Real(0.0));
   }
 
-  /// P0 at u [Pa]
-  double reference_pressure(double u) const {
-    const double x = kn * u;
-    if (n == 0.5) return pa * x * x;
-    if (n == 0.0) return pa * x;
-    return pa * std::pow(x, 1.0 / (1.0 - n));
+  /// P0/u [Pa]
+  template <class Real>
+  Real secant(const Real& u) const {
+    const Real x = kn * u;
+    if (n == 0.5) return pa * kn * x;
+    if (n == 0.0) return pa * kn;
+    return pa * kn * power(x, n / (1.0 - n));
   }
   /// u at P0
-  double size(double p0) const {
-    const double x = p0 / pa;
-    if (n == 0.5) return std::sqrt(x) / kn;
+  template <class Real>
+  Real size(const Real& p0) const {
+    const Real x = p0 / pa;
+    if (n == 0.5) return sqrt(x) / kn;
     if (n == 0.0) return x / kn;
-    return std::pow(x, 1.0 - n) / kn;
+    return power(x, 1.0 - n) / kn;
   }
 
   double k, g, n, pa;

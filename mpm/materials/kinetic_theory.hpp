@@ -14,7 +14,6 @@
 // density nu rho.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -38,11 +37,12 @@ class KineticTheory {
   };
 
   /// Per bulk density: p_c = P Y T, eta = H Y s, lam = B Y s, Gamma_c = Q Y s^3, where s = sqrt(T).
+  template <class Real>
   struct Coefficients {
-    double inverse_g;  // 1/G
-    double P;          // [-]
-    double H, B;       // [m]
-    double Q;          // [1/m]
+    Real inverse_g;  // 1/G
+    Real P;          // [-]
+    Real H, B;       // [m]
+    Real Q;          // [1/m]
   };
 
   explicit KineticTheory(const Case& c)
@@ -72,40 +72,49 @@ class KineticTheory {
   /// 1/G = (nu_c - nu)/(nu [(nu_c - nu)(1 - w) CS + 2 w]), w = ((nu - nu_m)/(nu_c - nu_m))^2
   /// between nu_m and nu_c, CS = (2 - nu)/(2 (1 - nu)^3): Carnahan-Starling below nu_m, and the
   /// pole at nu_c.
-  double inverse_g(double e) const {
-    const double nu = 1.0 / (1.0 + e);
-    if (nu >= nu_c_) return 0.0;
-    const double carnahan_starling = (2.0 - nu) / (2.0 * (1.0 - nu) * (1.0 - nu) * (1.0 - nu));
-    if (nu <= nu_m_) return 1.0 / (nu * carnahan_starling);
-    const double gap = nu_c_ - nu, root = (nu - nu_m_) / (nu_c_ - nu_m_), w = root * root;
-    return gap / (nu * (gap * (1.0 - w) * carnahan_starling + 2.0 * w));
+  template <class Real>
+  Real inverse_g(const Real& e) const {
+    const Real nu = 1.0 / (1.0 + e), gap = nu_c_ - nu;
+    const Real root = larger(nu - nu_m_, Real(0.0)) * (1.0 / (nu_c_ - nu_m_)), w = root * root;
+    // CS = above/below
+    const Real above = 2.0 - nu, below = 2.0 * (1.0 - nu) * (1.0 - nu) * (1.0 - nu);
+    const Real inverse = gap * below / (nu * (gap * (1.0 - w) * above + 2.0 * w * below));
+    return select(gap <= 0.0, Real(0.0), inverse);
   }
 
-  double F(double inverse) const { return 0.5 * en1_ + 0.25 * inverse; }
-  double J(double inverse) const {
-    return 0.5 * en1_ + std::numbers::pi / 32.0 *
+  template <class Real>
+  Real F(const Real& inverse) const {
+    return 0.5 * en1_ + 0.25 * inverse;
+  }
+  template <class Real>
+  Real J(const Real& inverse) const {
+    return 0.5 * en1_ + std::numbers::pi / 32.0 / shear_ *
                             (5.0 * inverse + 2.0 * en1_ * (3.0 * en1_ - 4.0)) *
-                            (5.0 * inverse + 4.0 * en1_) / shear_;
+                            (5.0 * inverse + 4.0 * en1_);
   }
 
   /// L/d: max{1, sqrt(2J/(15(1-ee^2))) [1 + 26(1-ee)/15 (nu - 0.49)/(nu_rcp - nu)]^(3/2)} above nu
   /// = 0.49 [Berzi2014], or max{1, G^(1/3)/4 d gdot/sqrt(T)} capped at 10 [Jenkins2007]; 1 for
   /// `none`.
-  double correlation_length(double e, double shear_rate, double s) const {
+  template <class Real>
+  Real correlation_length(const Real& e, const Real& shear_rate, const Real& s) const {
     return correlation_length(e, inverse_g(e), J(inverse_g(e)), shear_rate, s);
   }
 
-  Coefficients coefficients(double e, double shear_rate, double s) const {
-    const double d = parameters.diameter, i = inverse_g(e), j = J(i);
-    return {i, 4.0 * F(i), 8.0 * j * d / (5.0 * root_pi),
+  template <class Real>
+  Coefficients<Real> coefficients(const Real& e, const Real& shear_rate, const Real& s) const {
+    const double d = parameters.diameter;
+    const Real i = inverse_g(e), j = J(i);
+    return {i, 4.0 * F(i), 8.0 * d / (5.0 * root_pi) * j,
             parameters.bulk_viscosity ? 4.0 * en1_ * d / (3.0 * root_pi) : 0.0,
-            12.0 * loss_ / (root_pi * d * correlation_length(e, i, j, shear_rate, s))};
+            12.0 * loss_ / (root_pi * d) / correlation_length(e, i, j, shear_rate, s)};
   }
 
   /// Y = 1/(1/G + kap s)
-  double softened(const Coefficients& c, double s) const {
-    const double y = c.inverse_g + kap * s;
-    return y > 0.0 ? 1.0 / y : 0.0;
+  template <class Real>
+  Real softened(const Coefficients<Real>& c, const Real& s) const {
+    const Real y = c.inverse_g + kap * s;
+    return select(y > 0.0, 1.0 / y, Real(0.0));
   }
 
   /// sqrt(T) at the end of a step. Backward Euler on (3/2) rho nu T_dot = sigma_c : D - Gamma_c,
@@ -114,33 +123,36 @@ class KineticTheory {
   ///       - (3/2 kap T_old + dt (H gdot^2 + B trD^2)) s - 3/2 T_old/G = 0 .
   /// The signs (+, any, -, -) leave exactly one positive root, for any step; the step's energies
   /// balance.
-  double advance(const Coefficients& c, double s_old, double shear_rate2, double trD,
-                 double dt) const {
-    const double t_old = s_old * s_old;
+  template <class Real>
+  Real advance(const Coefficients<Real>& c, const Real& s_old, const Real& shear_rate2, const Real& trD,
+               const Real& dt) const {
+    const Real t_old = s_old * s_old;
     if (parameters.explicit_temperature) {
       // T + dt 2/3 Y ((H gdot^2 + B trD^2) s + P T trD - Q s^3), forward: NaN where the step overshoots zero
-      const double heating = (c.H * shear_rate2 + c.B * trD * trD) * s_old + c.P * t_old * trD;
-      return std::sqrt(t_old + dt / 1.5 * softened(c, s_old) * (heating - c.Q * t_old * s_old));
+      const Real heating = (c.H * shear_rate2 + c.B * trD * trD) * s_old + c.P * t_old * trD;
+      return sqrt(t_old + dt / 1.5 * softened(c, s_old) * (heating - c.Q * t_old * s_old));
     }
-    const double c3 = 1.5 * kap + dt * c.Q, c2 = 1.5 * c.inverse_g - dt * c.P * trD;
-    const double c1 = -(1.5 * kap * t_old + dt * (c.H * shear_rate2 + c.B * trD * trD));
-    const double c0 = -1.5 * c.inverse_g * t_old;
-    if (c1 == 0.0 && c0 == 0.0) return 0.0;  // cold and at rest
+    const Real c3 = 1.5 * kap + dt * c.Q, c2 = 1.5 * c.inverse_g - dt * c.P * trD;
+    const Real c1 = -(1.5 * kap * t_old + dt * (c.H * shear_rate2 + c.B * trD * trD));
+    const Real c0 = -1.5 * c.inverse_g * t_old;
+    const auto at_rest = c1 == 0.0 && c0 == 0.0;  // and cold
     // The cubic is convex to the right of its positive root, so Newton from there descends to it.
     // From the old value too, where the cubic rises and curves upwards: its first step goes past
     // the root.
-    double s = s_old;
-    if (!(3.0 * c3 * s + c2 > 0.0) || !((3.0 * c3 * s + 2.0 * c2) * s + 2.0 * c1 > 0.0))
-      s = std::max(
-          {3.0 * std::max(-c2, 0.0) / c3, std::sqrt(-3.0 * c1 / c3), std::cbrt(-3.0 * c0 / c3)});
-    for (int i = 0; i < 100; ++i) {
-      const double change =
-          (((c3 * s + c2) * s + c1) * s + c0) / ((3.0 * c3 * s + 2.0 * c2) * s + c1);
-      s -= change;
-      if (std::abs(change) <= 1e-9 * s)
-        break;  // quadratic convergence: what is left is below 1e-16
+    const auto descends = 3.0 * c3 * s_old + c2 > 0.0 && (3.0 * c3 * s_old + 2.0 * c2) * s_old + 2.0 * c1 > 0.0;
+    Real s = s_old;
+    if (!all(descends)) {
+      const Real cube_root = each_lane([](double x) { return std::cbrt(x); }, -3.0 * c0 / c3);
+      const Real bound = larger(larger(3.0 * larger(-c2, Real(0.0)) / c3, sqrt(-3.0 * c1 / c3)), cube_root);
+      s = select(descends, s_old, bound);
     }
-    return s;
+    Mask<Real> pending = !at_rest;
+    for (int i = 0; i < 100 && any(pending); ++i) {
+      const Real change = (((c3 * s + c2) * s + c1) * s + c0) / ((3.0 * c3 * s + 2.0 * c2) * s + c1);
+      s = select(pending, s - change, s);
+      pending = pending && abs(change) > 1e-9 * s;  // quadratic convergence: what is left is below 1e-16
+    }
+    return select(at_rest, Real(0.0), s);
   }
 
   /// Below this solid fraction a point is empty space: no collisional stress [-].
@@ -160,19 +172,22 @@ class KineticTheory {
                                : Correlation::none;
   }
 
-  double correlation_length(double e, double inverse, double j, double shear_rate, double s) const {
-    double length = 1.0;
-    const double nu = 1.0 / (1.0 + e);
-    if (parameters.correlation == Correlation::berzi && nu > nu_correlated && loss_ > 0.0) {
-      const double x = 1.0 + crowding_ * (nu - nu_correlated) / std::max(nu_rcp - nu, 1e-3);
-      length = std::sqrt(2.0 * j / (15.0 * loss_) * x) * x;
-    } else if (parameters.correlation == Correlation::jenkins && shear_rate > 0.0) {
+  template <class Real>
+  Real correlation_length(const Real& e, const Real& inverse, const Real& j, const Real& shear_rate,
+                          const Real& s) const {
+    Real length = 1.0;
+    if (parameters.correlation == Correlation::berzi && loss_ > 0.0) {
+      const Real nu = 1.0 / (1.0 + e);
+      const Real x = 1.0 + crowding_ * (nu - nu_correlated) / larger(nu_rcp - nu, Real(1e-3));
+      length = select(nu > nu_correlated, sqrt(2.0 / (15.0 * loss_) * j * x) * x, length);
+    } else if (parameters.correlation == Correlation::jenkins) {
       constexpr double cap = 10.0;
       // length <= cap wherever d gdot/4 <= cap G^(-1/3) s
-      const double pull = 0.25 * parameters.diameter * shear_rate, room = std::cbrt(inverse) * s;
-      length = pull < cap * room ? pull / room : cap;
+      const Real pull = 0.25 * parameters.diameter * shear_rate;
+      const Real room = s * each_lane([](double x) { return std::cbrt(x); }, inverse);
+      length = select(shear_rate > 0.0, select(pull < cap * room, pull / room, Real(cap)), length);
     }
-    return 1.0 + parameters.correlation_factor * (std::max(length, 1.0) - 1.0);
+    return 1.0 + parameters.correlation_factor * (larger(length, Real(1.0)) - 1.0);
   }
 
   double nu_c_, nu_m_;

@@ -16,8 +16,9 @@ namespace {
 
 class PerfectLadeDuncan {
  public:
+  template <class Real>
   struct State {
-    SymTensor strain = SymTensor::Zero();  // elastic; trace a = 0 at zero stress, < 0 when open
+    Tensor<Real> strain = Tensor<Real>::Zero();  // elastic; trace a = 0 at zero stress, < 0 when open
   };
 
   explicit PerfectLadeDuncan(const Case& c)
@@ -26,53 +27,52 @@ class PerfectLadeDuncan {
         volume_(c),
         ratio_(-std::sqrt(2.0 / 3.0) * c.number("material.dilation")) {}
 
-  Response<State> initial(const InitialState& start) const {
-    if (trace(start.sigma) <= 0.0) return returned(SymTensor::Zero(), start.void_ratio);
-    return returned(elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio)),
-                    start.void_ratio);
+  Response<double, State> initial(const InitialState& start) const {
+    if (trace(start.sigma) <= 0.0) return returned<double>(SymTensor::Zero(), start.void_ratio);
+    return returned<double>(elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio)), start.void_ratio);
   }
 
-  Response<State> update(const State& old, const Deformation& step) const {
-    const SymTensor before = corotated(old.strain, step.spin, step.dt);
-    const SymTensor trial = before + strain_increment(step);
-    Response<State> r = returned(trial, step.void_ratio);
-    if (r.regime != 1)
-      r.energies.plastic = volume_.per_mass() * plastic_work(elasticity_.stress(before),
-                                                             elasticity_.stress(r.state.strain),
-                                                             trial - r.state.strain);
-    r.work =
-        r.energies.stored - volume_.per_mass() * elasticity_.energy(before) + r.energies.plastic;
+  template <class Real>
+  Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>& step) const {
+    const Tensor<Real> turned = corotated(old.strain, step.spin, step.dt);
+    const Tensor<Real> trial = turned + strain_increment(step);
+    Response<Real, State> r = returned<Real>(trial, step.void_ratio);
+    const auto before = elasticity_.evaluate(turned);
+    const Tensor<Real> plastic = trial - r.state.strain;
+    const Real work = plastic_work<Real>(before.stress.dot(plastic), r.sigma.dot(plastic) / volume_.cauchy(step.void_ratio));
+    r.energies.plastic = volume_.per_mass() * select(r.regime == 1.0, Real(0.0), work);
+    r.work = r.energies.stored - volume_.per_mass() * before.energy + r.energies.plastic;
     return r;
   }
 
-  Stability stability(const State& state, const SymTensor&, double e) const {
+  template <class Real>
+  StabilityOf<Real> stability(const State<Real>& state, const Real& e) const {
     return {volume_.cauchy(e) * elasticity_.p_wave_modulus(state.strain), 0.0};
   }
 
-  double granular_temperature(const State&) const { return 0.0; }
+  template <class Real>
+  Real granular_temperature(const State<Real>&) const {
+    return 0.0;
+  }
 
  private:
   /// The admissible strain nearest to a trial, with its stress and energy.
-  Response<State> returned(const SymTensor& trial, double e) const {
-    const double a = trace(trial);
-    Response<State> r;
-    if (a <= 0.0) {
-      r.regime = 0;
-      r.state.strain = a / 3.0 * identity();
-      r.sigma.setZero();
-      return r;
+  template <class Real>
+  Response<Real, State> returned(const Tensor<Real>& trial, const Real& e) const {
+    const Real a = trace(trial);
+    const Tensor<Real> dev = deviator(trial);
+    const auto open = a <= 0.0;
+    const auto flows = !open && !cone_.holds(elasticity_.coupling / a * dev);
+    Response<Real, State> r;
+    r.regime = select(open, Real(0.0), select(flows, Real(2.0), Real(1.0)));
+    r.state.strain = select(open, isotropic(a * (1.0 / 3)), trial);
+    if (any(flows)) {
+      const auto back = cone_.along_flow(elasticity_, dev, a, ratio_, flows);
+      r.state.strain = select(flows, plus_isotropic(back.deviatoric, back.volumetric * (1.0 / 3)), r.state.strain);
     }
-    const SymTensor dev = deviator(trial);
-    if (cone_.holds(elasticity_.coupling / a * dev)) {
-      r.regime = 1;
-      r.state.strain = trial;
-    } else {
-      const ConeReturn back = cone_.along_flow(elasticity_, dev, a, ratio_);
-      r.regime = 2;
-      r.state.strain = back.deviatoric + back.volumetric / 3.0 * identity();
-    }
-    r.sigma = volume_.cauchy(e) * elasticity_.stress(r.state.strain);
-    r.energies.stored = volume_.per_mass() * elasticity_.energy(r.state.strain);
+    const auto now = elasticity_.evaluate(r.state.strain);
+    r.sigma = volume_.cauchy(e) * now.stress;
+    r.energies.stored = volume_.per_mass() * now.energy;
     return r;
   }
 

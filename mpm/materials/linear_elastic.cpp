@@ -9,37 +9,43 @@ namespace {
 
 class LinearElastic {
  public:
+  template <class Real>
   struct State {
-    SymTensor strain = SymTensor::Zero();  // elastic strain, zero at zero stress
+    Tensor<Real> strain = Tensor<Real>::Zero();  // elastic strain, zero at zero stress
   };
 
   explicit LinearElastic(const Case& c) : elasticity_(c), volume_(c) {}
 
-  Response<State> initial(const InitialState& start) const {
-    return respond({elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio))},
-                   start.void_ratio);
+  Response<double, State> initial(const InitialState& start) const {
+    return respond<double>(elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio)), start.void_ratio);
   }
 
-  Response<State> update(const State& old, const Deformation& step) const {
-    const SymTensor strain = corotated(old.strain, step.spin, step.dt) + strain_increment(step);
-    Response<State> r = respond({strain}, step.void_ratio);
+  template <class Real>
+  Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>& step) const {
+    const Tensor<Real> strain = corotated(old.strain, step.spin, step.dt) + strain_increment(step);
+    Response<Real, State> r = respond<Real>(strain, step.void_ratio);
     r.work = r.energies.stored - volume_.per_mass() * elasticity_.energy(old.strain);
     return r;
   }
 
-  Stability stability(const State&, const SymTensor&, double e) const {
+  template <class Real>
+  StabilityOf<Real> stability(const State<Real>&, const Real& e) const {
     return {elasticity_.p_wave_modulus() * volume_.cauchy(e), 0.0};
   }
 
-  double granular_temperature(const State&) const { return 0.0; }
+  template <class Real>
+  Real granular_temperature(const State<Real>&) const {
+    return 0.0;
+  }
 
  private:
-  Response<State> respond(const State& state, double e) const {
-    Response<State> r;
-    r.state = state;
-    r.sigma = volume_.cauchy(e) * elasticity_.stress(state.strain);
-    r.energies.stored = volume_.per_mass() * elasticity_.energy(state.strain);
-    r.regime = 1;
+  template <class Real>
+  Response<Real, State> respond(const Tensor<Real>& strain, const Real& e) const {
+    Response<Real, State> r;
+    r.state.strain = strain;
+    r.sigma = volume_.cauchy(e) * elasticity_.stress(strain);
+    r.energies.stored = volume_.per_mass() * elasticity_.energy(strain);
+    r.regime = 1.0;
     return r;
   }
 

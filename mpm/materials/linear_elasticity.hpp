@@ -19,18 +19,20 @@ struct LinearElasticity {
       : bulk(bulk_modulus), shear(shear_modulus) {}
 
   /// sigma = K tr(eps) I + 2 G dev(eps) [Pa]
-  SymTensor stress(const SymTensor& strain) const {
-    SymTensor sigma = 2.0 * shear * strain;
-    sigma += ((bulk - 2.0 / 3.0 * shear) * trace(strain)) * identity();
-    return sigma;
+  template <class T>
+  Tensor<typename T::Scalar> stress(const T& strain) const {
+    return plus_isotropic(2.0 * shear * strain, (bulk - 2.0 / 3.0 * shear) * trace(strain));
   }
   SymTensor strain(const SymTensor& sigma) const {
-    SymTensor e = sigma / (2.0 * shear);
-    e += (trace(sigma) / 3.0 * (1.0 / (3.0 * bulk) - 1.0 / (2.0 * shear))) * identity();
-    return e;
+    return plus_isotropic(sigma / (2.0 * shear),
+                          trace(sigma) / 3.0 * (1.0 / (3.0 * bulk) - 1.0 / (2.0 * shear)));
   }
-  /// Psi = K tr(eps)^2 / 2 + G dev(eps):dev(eps) [J/m3]
-  double energy(const SymTensor& strain) const { return 0.5 * stress(strain).dot(strain); }
+  /// Psi = K tr(eps)^2 / 2 + G dev(eps):dev(eps), where dev(eps):dev(eps) = eps:eps - tr(eps)^2 / 3 [J/m3]
+  template <class T>
+  typename T::Scalar energy(const T& strain) const {
+    const typename T::Scalar tr = trace(strain);
+    return (0.5 * bulk - shear / 3.0) * tr * tr + shear * strain.squaredNorm();
+  }
   double p_wave_modulus() const { return bulk + 4.0 / 3.0 * shear; }  // [Pa]
 };
 

@@ -13,8 +13,9 @@ namespace {
 
 class MuI {
  public:
+  template <class Real>
   struct State {
-    SymTensor strain = SymTensor::Zero();  // elastic; trace < 0 is the opening since separation
+    Tensor<Real> strain = Tensor<Real>::Zero();  // elastic; trace < 0 is the opening since separation
   };
 
   explicit MuI(const Case& c)
@@ -25,64 +26,66 @@ class MuI {
         i_0_(c.number("material.inertial_number")),
         diameter_(c.number("grains.diameter")) {}
 
-  Response<State> initial(const InitialState& start) const {
+  Response<double, State> initial(const InitialState& start) const {
     const SymTensor strain = elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio));
-    return trace(strain) > 0.0 ? loaded(strain, start.void_ratio, 1) : open(0.0);
+    const bool loaded = trace(strain) > 0.0;
+    return respond<double>(loaded ? strain : SymTensor::Zero(), start.void_ratio, loaded ? 1.0 : 0.0);
   }
 
-  Response<State> update(const State& old, const Deformation& step) const {
-    const SymTensor before = corotated(old.strain, step.spin, step.dt);
-    const SymTensor trial = before + strain_increment(step);
-    const SymTensor stress_before =
-        trace(before) > 0.0 ? elasticity_.stress(before) : SymTensor::Zero();
-    Response<State> r = returned(trial, step);
-    if (r.regime != 1)
-      r.energies.plastic = volume_.per_mass() *
-                           plastic_work(stress_before, r.sigma / volume_.cauchy(step.void_ratio),
-                                        trial - r.state.strain);
-    r.work = r.energies.stored - 0.5 * volume_.per_mass() * stress_before.dot(before) +
+  template <class Real>
+  Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>& step) const {
+    const Tensor<Real> before = corotated(old.strain, step.spin, step.dt);
+    const Tensor<Real> trial = before + strain_increment(step);
+    Response<Real, State> r = returned<Real>(trial, step);
+    // the plastic strain is a deviator: it works with 2 G dev(eps) alone
+    const auto loaded = trace(before) > 0.0;
+    const Tensor<Real> plastic = trial - r.state.strain;
+    const Real work = plastic_work(select(loaded, before.dot(plastic), Real(0.0)),
+                                   select(r.regime == 0.0, Real(0.0), r.state.strain.dot(plastic)));
+    r.energies.plastic = 2.0 * volume_.per_mass() * elasticity_.shear * work;
+    r.work = r.energies.stored - select(loaded, volume_.per_mass() * elasticity_.energy(before), Real(0.0)) +
              r.energies.plastic;
     return r;
   }
 
-  Stability stability(const State&, const SymTensor&, double e) const {
+  template <class Real>
+  StabilityOf<Real> stability(const State<Real>&, const Real& e) const {
     return {elasticity_.p_wave_modulus() * volume_.cauchy(e), 0.0};
   }
 
-  double granular_temperature(const State&) const { return 0.0; }
+  template <class Real>
+  Real granular_temperature(const State<Real>&) const {
+    return 0.0;
+  }
 
  private:
-  Response<State> returned(const SymTensor& trial, const Deformation& step) const {
-    const double a = trace(trial);
-    if (a <= 0.0) return open(a);
-    const SymTensor dev = deviator(trial);
-    const double p = elasticity_.bulk * a,
-                 tau = std::numbers::sqrt2 * elasticity_.shear * dev.norm();
-    const double excess = tau - mu_s_ * p;
-    if (excess <= 0.0) return loaded(trial, step.void_ratio, 1);
+  template <class Real>
+  Response<Real, State> returned(const Tensor<Real>& trial, const DeformationOf<Real>& step) const {
+    const Real a = trace(trial);
+    const Tensor<Real> dev = deviator(trial);
+    const Real p = elasticity_.bulk * a, tau = std::numbers::sqrt2 * elasticity_.shear * dev.norm();
+    const Real excess = tau - mu_s_ * p;
+    const auto open = a <= 0.0, flows = !open && excess > 0.0;
     // With x = G gdot dt: (excess - x)(x + x_0) = B x, where B = (mu_2 - mu_s) p and x_0 = I_0 G
     // dt/(d sqrt(rho/p)).
-    const double B = (mu_2_ - mu_s_) * p;
-    const double x_0 = i_0_ * elasticity_.shear * step.dt / diameter_ *
-                       std::sqrt(p * volume_.cauchy(step.void_ratio) / volume_.grain_density);
-    const double b = x_0 + B - excess, root = std::sqrt(b * b + 4.0 * excess * x_0);
-    const double x = b > 0.0 ? 2.0 * excess * x_0 / (b + root) : 0.5 * (root - b);
-    return loaded(trial - x / tau * dev, step.void_ratio, 2);
+    const Real B = (mu_2_ - mu_s_) * p;
+    const Real x_0 = i_0_ * elasticity_.shear / diameter_ * step.dt *
+                     sqrt(p * volume_.cauchy(step.void_ratio) / volume_.grain_density);
+    const Real b = x_0 + B - excess, root = sqrt(b * b + 4.0 * excess * x_0);
+    const Real x = select(b > 0.0, 2.0 * excess * x_0 / (b + root), 0.5 * (root - b));
+    const Real lost = select(open, Real(1.0), select(flows, x / tau, Real(0.0)));
+    return respond<Real>(trial - lost * dev, step.void_ratio,
+                         select(open, Real(0.0), select(flows, Real(2.0), Real(1.0))));
   }
 
-  Response<State> loaded(const SymTensor& strain, double e, int regime) const {
-    Response<State> r;
+  template <class Real>
+  Response<Real, State> respond(const Tensor<Real>& strain, const Real& e, const Real& regime) const {
+    const auto open = regime == 0.0;
+    Response<Real, State> r;
     r.regime = regime;
     r.state.strain = strain;
-    r.sigma = volume_.cauchy(e) * elasticity_.stress(strain);
-    r.energies.stored = volume_.per_mass() * elasticity_.energy(strain);
-    return r;
-  }
-
-  Response<State> open(double a) const {
-    Response<State> r;
-    r.state.strain = a / 3.0 * identity();
-    r.sigma.setZero();
+    r.sigma = select(open, Real(0.0), volume_.cauchy(e)) * elasticity_.stress(strain);
+    r.energies.stored = select(open, Real(0.0), volume_.per_mass() * elasticity_.energy(strain));
     return r;
   }
 

@@ -17,8 +17,6 @@
 // is stiffer than the skeleton (K_cs > K), so that following it at any rate would create energy.
 #pragma once
 
-#include <cstdint>
-
 #include "mpm/materials/critical_state.hpp"
 #include "mpm/materials/kinematics.hpp"
 #include "mpm/materials/lade_duncan.hpp"
@@ -26,27 +24,34 @@
 
 namespace grainpair {
 
-enum Regime : std::uint8_t {
-  no_regime = 0,
-  visco_elastic = 1,
-  visco_plastic = 2,
-  critical = 3,
-  collisional = 4
-};
+inline constexpr double no_regime = 0.0, visco_elastic = 1.0, visco_plastic = 2.0, critical = 3.0,
+                        collisional = 4.0;
 
+template <class Real>
 struct QuasiStaticState {
-  SymTensor strain = SymTensor::Zero();  // elastic; trace a = 0 at zero stress, < 0 when open
-  Regime regime = collisional;
+  Tensor<Real> strain = Tensor<Real>::Zero();  // elastic; trace a = 0 at zero stress, < 0 when open
+  Real regime = collisional;
 };
 
 /// Stress tau (solid_volume.hpp) and energies per reference volume.
+template <class Real>
 struct QuasiStaticResponse {
-  QuasiStaticState state;
-  SymTensor stress;         // [Pa]
-  double stored = 0.0;      // [J/m3]
-  double dissipated = 0.0;  // [J/m3]
-  double work = 0.0;        // [J/m3]
+  QuasiStaticState<Real> state;
+  Tensor<Real> stress;    // [Pa]
+  Real stored = 0.0;      // [J/m3]
+  Real dissipated = 0.0;  // [J/m3]
+  Real work = 0.0;        // [J/m3]
 };
+
+template <class Real>
+QuasiStaticResponse<Real> select(const Mask<Real>& m, const QuasiStaticResponse<Real>& yes,
+                                 const QuasiStaticResponse<Real>& no) {
+  return {{select(m, yes.state.strain, no.state.strain), select(m, yes.state.regime, no.state.regime)},
+          select(m, yes.stress, no.stress),
+          select(m, yes.stored, no.stored),
+          select(m, yes.dissipated, no.dissipated),
+          select(m, yes.work, no.work)};
+}
 
 class QuasiStatic {
  public:
@@ -56,7 +61,7 @@ class QuasiStatic {
       : elasticity(h), cone(f), locus(g), volume(v) {}
 
   /// The state at a given Cauchy stress; outside the cone, the nearest one on it.
-  QuasiStaticResponse initial(const SymTensor& sigma, double e) const {
+  QuasiStaticResponse<double> initial(const SymTensor& sigma, double e) const {
     if (trace(sigma) <= 0.0) return open(0.0, e);
     const SymTensor strain = elasticity.strain(sigma / volume.cauchy(e)), dev = deviator(strain);
     if (holds(strain)) return loaded(strain, visco_elastic);
@@ -64,88 +69,84 @@ class QuasiStatic {
   }
 
   /// One step by the closed form of the elastic strain and the return to the cone: backward Euler.
-  QuasiStaticResponse implicit(const QuasiStaticState& old, const SymTensor& increment,
-                               double e_old, double e) const {
-    if (old.regime == collisional && e >= locus.e_c) return open(0.0, e);
+  template <class Real>
+  QuasiStaticResponse<Real> implicit(const QuasiStaticState<Real>& old,
+                                     const std::type_identity_t<Tensor<Real>>& increment,
+                                     const std::type_identity_t<Real>& e_old,
+                                     const std::type_identity_t<Real>& e) const {
+    const auto loose = e >= locus.e_c, gas = old.regime == collisional && loose;
+    if (all(gas)) return open(Real(0.0), e);
     const auto before = elasticity.evaluate(old.strain);
-    SymTensor trial = old.strain + increment;
-    if (const double gap = -trace(old.strain); gap >= 0.0) {  // without stress
-      if (old.regime == no_regime && e < locus.e_c)
-        trial -= locus.flow_ratio(e, 0.0) * deviator(increment).norm() / 3.0 * identity();
-      if (const double a = trace(trial); a > 0.0)  // in contact for the last part of the step
-        trial -= gap / (a + gap) * deviator(increment);
-    }
-    if (trace(trial) <= 0.0) return released(before, increment, trace(trial), e);
-    if (holds(trial)) {
-      QuasiStaticResponse r = loaded(trial, visco_elastic);
-      r.work = r.stored - before.energy;
-      return r;
-    }
-    const double p = trace(before.stress) / 3.0 * volume.cauchy(e_old);
-    const SymTensor dev = deviator(trial);
-    if (old.regime != critical && old.regime != collisional) {
-      const ConeReturn back =
-          cone.along_flow(elasticity, dev, trace(trial), locus.flow_ratio(e, p));
-      if (back.volumetric > 0.0) {
-        const SymTensor strain = joined(back);
-        const QuasiStaticResponse r = dissipating(before, trial, loaded(strain, visco_plastic));
-        const double p_new = trace(r.stress) / 3.0 * volume.cauchy(e);
-        const bool crossed = (p - locus.pressure(e_old)) * (p_new - locus.pressure(e)) < 0.0;
-        if (!crossed) return r;
+    const Tensor<Real> trial = tried(old, increment, e);
+    const Real a = trace(trial);
+    const auto flows = !gas && !(a <= 0.0) && !holds(trial);
+    auto stressless = gas || a <= 0.0;
+
+    Tensor<Real> strain = trial;
+    Real regime = select(flows, Real(visco_plastic), Real(visco_elastic));
+    auto now = elasticity.evaluate(strain);
+    if (any(flows)) {
+      // with the dilatancy of the state, up to the critical-state locus
+      const Tensor<Real> dev = deviator(trial);
+      const Real p = trace(before.stress) / 3.0 * volume.cauchy(e_old);
+      const auto off_locus = flows && old.regime != critical && old.regime != collisional;
+      const auto back = cone.along_flow(elasticity, dev, a, locus.flow_ratio(e, p), off_locus);
+      strain = select(flows, joined(back), strain);
+      now = elasticity.evaluate(strain);
+      const Real p_new = trace(now.stress) / 3.0 * volume.cauchy(e);
+      const auto crossed = (p - locus.pressure(e_old)) * (p_new - locus.pressure(e)) < 0.0;
+      const auto arrived = flows && !(off_locus && back.volumetric > 0.0 && !crossed);
+      stressless = stressless || (arrived && loose);
+      // on the locus, or on the way to it
+      const auto dense = arrived && !loose;
+      if (any(dense)) {
+        auto at = cone.at_pressure(elasticity, dev, locus.pressure(e) / volume.cauchy(e), dense);
+        const auto lags = dense && (at.multiplier < 0.0 || a - at.volumetric < -locus.largest_ratio * at.multiplier);
+        if (any(lags)) at = select<Real>(lags, cone.along_flow(elasticity, dev, a, -locus.largest_ratio, lags), at);
+        strain = select(dense, joined(at), strain);
+        regime = select(dense, Real(critical), regime);
+        now = elasticity.evaluate(strain);
       }
     }
-    // on the critical-state locus, or on the way to it
-    if (e >= locus.e_c) return released(before, increment, 0.0, e);
-    ConeReturn back = cone.at_pressure(elasticity, dev, locus.pressure(e) / volume.cauchy(e));
-    const double plastic_volume = trace(trial) - back.volumetric;
-    if (back.multiplier < 0.0 || plastic_volume < -locus.largest_ratio * back.multiplier)
-      back = cone.along_flow(elasticity, dev, trace(trial), -locus.largest_ratio);
-    return dissipating(before, trial, loaded(joined(back), critical));
+    QuasiStaticResponse<Real> r{{strain, regime}, now.stress, now.energy};
+    const Tensor<Real> plastic = trial - strain;
+    r.dissipated = select(flows, plastic_work<Real>(before.stress.dot(plastic), now.stress.dot(plastic)), Real(0.0));
+    r.work = r.stored - before.energy + r.dissipated;
+    return any(stressless) ? select(stressless, released(before, increment, a, e), r) : r;
   }
 
   /// Whether an elastic strain of positive volume lies in the cone.
-  bool holds(const SymTensor& strain) const {
+  template <class T>
+  Mask<typename T::Scalar> holds(const T& strain) const {
     return cone.holds(elasticity.coupling / trace(strain) * deviator(strain));
   }
 
-  QuasiStaticResponse loaded(const SymTensor& strain, Regime regime) const {
+  QuasiStaticResponse<double> loaded(const SymTensor& strain, double regime) const {
     const auto now = elasticity.evaluate(strain);
-    return {{strain, regime}, now.stress, now.energy, 0.0, 0.0};
+    return {{strain, regime}, now.stress, now.energy};
   }
 
   /// Without stress. At e >= e_c contact comes back at e_c; below, where it was lost, at the strain
   /// a = 0.
-  QuasiStaticResponse open(double a, double e) const {
-    const double gap = e >= locus.e_c ? volumetric_strain(locus.e_c, e) : std::min(a, 0.0);
-    return {{gap / 3.0 * identity(), e >= locus.e_c ? collisional : no_regime},
-            SymTensor::Zero(),
-            0.0,
-            0.0,
-            0.0};
-  }
-
-  /// The step that takes all stress away: what was stored is dissipated, less what the stress gave
-  /// back as work.
-  QuasiStaticResponse released(const Hyperelastic::Loaded& before, const SymTensor& increment,
-                               double a, double e) const {
-    QuasiStaticResponse r = open(a, e);
-    r.work = releasing_work(before.stress, increment, before.energy);
-    r.dissipated = before.energy + r.work;
-    return r;
+  template <class Real>
+  QuasiStaticResponse<Real> open(const Real& a, const Real& e) const {
+    const auto loose = e >= locus.e_c;
+    const Real gap = select(loose, volumetric_strain(Real(locus.e_c), e), smaller(a, Real(0.0)));
+    return {{isotropic(gap * (1.0 / 3)), select(loose, Real(collisional), Real(no_regime))}, Tensor<Real>::Zero()};
   }
 
   /// P-wave modulus: the elastic one, and in the critical regime that of the locus, K_cs sigma_1/p,
   /// with the elastic shear stiffness [Pa].
-  double modulus(const QuasiStaticState& state, double e) const {
-    const double elastic = volume.cauchy(e) * elasticity.p_wave_modulus(state.strain);
-    if (state.regime != critical) return elastic;
-    const double a = trace(state.strain), e2 = deviator(state.strain).squaredNorm(),
-                 c = elasticity.coupling;
-    const double u = std::sqrt(a * a + c * e2);
-    const double shear =
-        volume.cauchy(e) * elasticity.g * elasticity.reference_pressure(u) / (elasticity.kn * u);
-    return std::max(
-        elastic, locus.modulus(e) * (1.0 + c * std::sqrt(2.0 / 3.0 * e2) / a) + 4.0 / 3.0 * shear);
+  template <class Real>
+  Real modulus(const QuasiStaticState<Real>& state, const Real& e) const {
+    const Real elastic = volume.cauchy(e) * elasticity.p_wave_modulus(state.strain);
+    const auto on_locus = state.regime == critical;
+    if (!any(on_locus)) return elastic;
+    const Real a = trace(state.strain), e2 = deviator(state.strain).squaredNorm();
+    const double c = elasticity.coupling;
+    const Real shear = volume.cauchy(e) * (elasticity.g / elasticity.kn) * elasticity.secant(sqrt(a * a + c * e2));
+    const Real followed = locus.modulus(e) * (1.0 + c * sqrt(2.0 / 3.0 * e2) / a) + 4.0 / 3.0 * shear;
+    return select(on_locus, larger(elastic, followed), elastic);
   }
 
   Hyperelastic elasticity;
@@ -154,14 +155,36 @@ class QuasiStatic {
   SolidVolume volume;
 
  private:
-  static SymTensor joined(const ConeReturn& back) {
-    return back.deviatoric + back.volumetric / 3.0 * identity();
+  /// The elastic strain if nothing flowed. A point without stress strains elastically only while it is in contact.
+  template <class Real>
+  Tensor<Real> tried(const QuasiStaticState<Real>& old, const Tensor<Real>& increment, const Real& e) const {
+    const Tensor<Real> whole = old.strain + increment;
+    const Real gap = -trace(old.strain);
+    const auto apart = gap >= 0.0;
+    if (!any(apart)) return whole;
+    const Tensor<Real> shear = deviator(increment);
+    const auto dilates = apart && old.regime == no_regime && e < locus.e_c;
+    const Real ratio = select(dilates, locus.flow_ratio(e, Real(0.0)), Real(0.0));
+    const Tensor<Real> trial = plus_isotropic(whole, ratio * shear.norm() * (-1.0 / 3));
+    const Real a = trace(trial);
+    const Real waited = select(apart && a > 0.0, gap / (a + gap), Real(0.0));  // part of the step before contact
+    return trial - waited * shear;
   }
-  static QuasiStaticResponse dissipating(const Hyperelastic::Loaded& before, const SymTensor& trial,
-                                         QuasiStaticResponse r) {
-    r.dissipated = plastic_work(before.stress, r.stress, trial - r.state.strain);
-    r.work = r.stored - before.energy + r.dissipated;
+
+  /// The step that takes all stress away: what was stored is dissipated, less what the stress gave
+  /// back as work.
+  template <class Real>
+  QuasiStaticResponse<Real> released(const Hyperelastic::Loaded<Tensor<Real>>& before, const Tensor<Real>& increment,
+                                     const Real& a, const Real& e) const {
+    QuasiStaticResponse<Real> r = open(a, e);
+    r.work = releasing_work(before.stress, increment, before.energy);
+    r.dissipated = before.energy + r.work;
     return r;
+  }
+
+  template <class T>
+  static T joined(const ConeReturn<T>& back) {
+    return plus_isotropic(back.deviatoric, back.volumetric * (1.0 / 3));
   }
 };
 

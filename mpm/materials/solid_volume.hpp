@@ -26,7 +26,10 @@ struct SolidVolume {
       : reference_void_ratio(void_ratio), grain_density(density) {}
 
   /// sigma/tau at void ratio e
-  double cauchy(double e) const { return (1.0 + reference_void_ratio) / (1.0 + e); }
+  template <class Real>
+  Real cauchy(const Real& e) const {
+    return (1.0 + reference_void_ratio) / (1.0 + e);
+  }
   /// J/m3 of the reference volume -> J/kg of solid
   double per_mass() const { return (1.0 + reference_void_ratio) / grain_density; }
 };

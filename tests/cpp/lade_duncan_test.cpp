@@ -65,7 +65,8 @@ TEST_P(Return, EndsOnTheConeAlongItsNormal) {
   const LadeDuncan cone(GetParam());
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> decades(-9.0, 6.0), ratio(-0.4, 0.4), kind(0.0, 1.0);
-  int outside = 0, most = 0;
+  int outside = 0;
+  double most = 0.0;
   for (int i = 0; i < 200000; ++i) {
     SymTensor direction = random_deviator(random);
     if (i % 10 == 0)
@@ -74,7 +75,7 @@ TEST_P(Return, EndsOnTheConeAlongItsNormal) {
     // a trial beyond the cone's corner in compression by 1e-9 to 1e6 of its radius
     const SymTensor trial = a / elasticity.coupling * std::sqrt(2.0 / 3.0) * GetParam() *
                             (1.0 + std::pow(10.0, decades(random))) * direction;
-    const ConeReturn back = cone.along_flow(elasticity, trial, a, flow);
+    const ConeReturn<SymTensor> back = cone.along_flow(elasticity, trial, a, flow);
     if (back.volumetric <= 0.0) {
       EXPECT_GE(flow * trial.norm(), a);
       continue;
@@ -93,7 +94,7 @@ TEST_P(Return, EndsOnTheConeAlongItsNormal) {
                 1e-10 * (a + std::abs(flow) * trial.norm()));
   }
   EXPECT_GT(outside, 100000);
-  RecordProperty("most_iterations", most);
+  RecordProperty("most_iterations", static_cast<int>(most));
   EXPECT_LE(most, 12);
 }
 
@@ -107,7 +108,7 @@ TEST_P(Return, HitsTheAskedPressure) {
     const double reach = i % 2 ? std::pow(10.0, decades(random)) : 0.8 + 0.05 * decades(random);
     const SymTensor trial = elasticity.size(p) / elasticity.coupling * std::sqrt(2.0 / 3.0) *
                             GetParam() * reach * random_deviator(random);
-    const ConeReturn back = cone.at_pressure(elasticity, trial, p);
+    const ConeReturn<SymTensor> back = cone.at_pressure(elasticity, trial, p);
     ASSERT_TRUE(back.converged) << reach;
     if (back.multiplier <
         0.0) {  // inside the section: sheared further, at this pressure, it would still hold

@@ -34,12 +34,12 @@ double shear_at(double x) {
 struct End {
   double p, q, dissipated, work;
   int switches;
-  std::map<int, int> visits;
+  std::map<double, int> visits;
 };
 
 template <class Integrate>
 End follow(const QuasiStatic& law, const Integrate& integrate, int steps) {
-  QuasiStaticResponse r = law.initial(k0, 0.71);
+  QuasiStaticResponse<double> r = law.initial(k0, 0.71);
   End end{};
   double e = 0.71;
   for (int i = 0; i < steps; ++i) {
@@ -48,7 +48,7 @@ End follow(const QuasiStatic& law, const Integrate& integrate, int steps) {
     SymTensor increment = volume / 3.0 * identity() +
                           shear * SymTensor{0.2, -0.2, 0.0, 1.0 / std::numbers::sqrt2, 0.0, 0.0};
     const double next = (1.0 + e) * std::exp(-volume) - 1.0, held = r.stored;
-    const QuasiStaticState before = r.state;
+    const QuasiStaticState<double> before = r.state;
     r = integrate(before, increment, e, next);
     EXPECT_GE(r.dissipated, -1e-12 * (held + r.stored));
     EXPECT_NEAR(r.work, r.stored - held + r.dissipated, 1e-12 * (held + r.stored + r.dissipated));
@@ -73,7 +73,7 @@ class Exponent : public testing::TestWithParam<double> {};
 TEST_P(Exponent, BothIntegratorsConvergeToOnePathThroughAllRegimes) {
   const QuasiStatic law = model(GetParam());
   const End exact = dormand_prince(law, 2560, 1e-10);
-  for (const int regime : {visco_elastic, visco_plastic, critical, collisional})
+  for (const double regime : {visco_elastic, visco_plastic, critical, collisional})
     EXPECT_GT(exact.visits.at(regime), 0);
   const auto error = [&](const End& end) {
     return std::abs(end.dissipated - exact.dissipated) / exact.dissipated;
@@ -113,17 +113,17 @@ TEST(CriticalRegime, KeepsToTheLocusAndTheCone) {
     const double p = law.locus.pressure(e);
     const SymTensor eta =
         SymTensor{1.0, -1.0, 0.0, 0.0, 0.0, 0.0} / std::numbers::sqrt2 * 0.67;  // on the cone
-    QuasiStaticResponse r = law.initial(p * (identity() + eta), e);
+    QuasiStaticResponse<double> r = law.initial(p * (identity() + eta), e);
     r.state.regime = critical;
     const DormandPrince rates(law, 1e-8);
     for (int i = 0; i < 20; ++i) {
       const SymTensor increment =
           1e-4 * SymTensor{1.0, -1.0, 0.0, 0.3, 0.0, 0.0} - 1e-7 * identity();
       const double next = (1.0 + e) * std::exp(-trace(increment)) - 1.0;
-      const QuasiStaticResponse direct = law.implicit(r.state, increment, e, next);
+      const QuasiStaticResponse<double> direct = law.implicit(r.state, increment, e, next);
       r = rates(r.state, increment, e, next);
       e = next;
-      for (const QuasiStaticResponse& end : {r, direct}) {
+      for (const QuasiStaticResponse<double>& end : {r, direct}) {
         ASSERT_EQ(end.state.regime, critical);
         const double p_end = trace(end.stress) / 3.0;
         EXPECT_NEAR(p_end * law.volume.cauchy(e), law.locus.pressure(e), 1e-6 * p);
@@ -138,7 +138,7 @@ TEST(CriticalRegime, IsTheEndOfShearAtConstantVolume) {
   const QuasiStatic law = model();
   const double e = 0.70895, p_cs = law.locus.pressure(e);
   for (const double factor : {0.2, 5.0}) {
-    QuasiStaticResponse r = law.initial(factor * p_cs * identity(), e);
+    QuasiStaticResponse<double> r = law.initial(factor * p_cs * identity(), e);
     for (int i = 0; i < 400000; ++i)
       r = law.implicit(r.state, SymTensor{0, 0, 0, 1e-3 / std::numbers::sqrt2, 0, 0}, e, e);
     EXPECT_NEAR(trace(r.stress) / 3.0 * law.volume.cauchy(e), p_cs, 0.01 * p_cs) << factor;
@@ -174,7 +174,7 @@ TEST(Opening, ReturnsWhatWasStoredOrDissipatesIt) {
   const QuasiStatic law = model();
   // isotropic expansion past separation: the stress gives all its energy back, but for what one
   // trapezoid cannot see
-  QuasiStaticResponse r = law.initial(1e3 * identity(), 0.715);
+  QuasiStaticResponse<double> r = law.initial(1e3 * identity(), 0.715);
   const double stored = r.stored;
   double e = 0.715, work = 0.0, dissipated = 0.0;
   for (int i = 0; i < 1000; ++i) {

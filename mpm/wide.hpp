@@ -1,0 +1,142 @@
+// Several points at once: a Wide holds one number of each, a lane a point, in one vector register.
+//
+// A law is written once over Real, which is double or Wide. Where points differ in what applies to
+// them, both sides are computed and select() picks; if (any(...)) skips what no lane needs. No lane
+// ever sees its neighbours, so that a point's result does not depend on who is updated beside it.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <experimental/simd>
+
+namespace grainpair {
+
+using Wide = std::experimental::native_simd<double>;
+
+/// What comparing two Reals gives: bool, or one bool per lane.
+template <class Real>
+using Mask = decltype(Real() < Real());
+
+inline bool any(bool m) { return m; }
+inline bool all(bool m) { return m; }
+inline bool any(const Mask<Wide>& m) { return std::experimental::any_of(m); }
+inline bool all(const Mask<Wide>& m) { return std::experimental::all_of(m); }
+
+/// m ? yes : no, lane by lane.
+inline double select(bool m, double yes, double no) { return m ? yes : no; }
+inline Wide select(const Mask<Wide>& m, const Wide& yes, Wide no) {
+  std::experimental::where(m, no) = yes;
+  return no;
+}
+
+/// The larger and the smaller, lane by lane; the first where the second is no number.
+inline double larger(double a, double b) { return a < b ? b : a; }
+inline double smaller(double a, double b) { return b < a ? b : a; }
+inline Wide larger(const Wide& a, const Wide& b) { return select(a < b, b, a); }
+inline Wide smaller(const Wide& a, const Wide& b) { return select(b < a, b, a); }
+
+inline double clamped(double x, double low, double high) { return smaller(larger(x, low), high); }
+inline Wide clamped(const Wide& x, const Wide& low, const Wide& high) { return smaller(larger(x, low), high); }
+
+/// A scalar function of each lane, for what is rare.
+template <class F>
+double each_lane(F&& f, double x) {
+  return f(x);
+}
+template <class F>
+Wide each_lane(F&& f, const Wide& x) {
+  return Wide([&](auto lane) { return f(static_cast<double>(x[lane])); });
+}
+
+/// x^y for x > 0.
+template <class Real>
+Real power(const Real& x, double y) {
+  return each_lane([y](double base) { return std::pow(base, y); }, x);
+}
+
+using std::abs, std::sqrt;  // beside those of Wide, which are found by their argument
+
+template <class Real>
+using Single = Real;
+
+/// Rows to columns, and back.
+inline void transpose(Wide& a, Wide& b, Wide& c, Wide& d) {
+  using Vector [[gnu::vector_size(32)]] = double;
+  const auto vector = [](const Wide& x) { return std::bit_cast<Vector>(x); };
+  const Vector ab_even = __builtin_shufflevector(vector(a), vector(b), 0, 4, 2, 6);
+  const Vector ab_odd = __builtin_shufflevector(vector(a), vector(b), 1, 5, 3, 7);
+  const Vector cd_even = __builtin_shufflevector(vector(c), vector(d), 0, 4, 2, 6);
+  const Vector cd_odd = __builtin_shufflevector(vector(c), vector(d), 1, 5, 3, 7);
+  a = std::bit_cast<Wide>(Vector(__builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5)));
+  b = std::bit_cast<Wide>(Vector(__builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5)));
+  c = std::bit_cast<Wide>(Vector(__builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7)));
+  d = std::bit_cast<Wide>(Vector(__builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7)));
+}
+
+/// f(first column, std::true_type) for groups of four of a struct's numbers, the last of which may overlap the one
+/// before, or f(column, std::false_type) for each; unrolled, so that a Wide is never put together in memory.
+template <template <class> class Struct, class F>
+void each_column(F&& f) {
+  constexpr std::size_t columns = sizeof(Struct<Wide>) / sizeof(Wide);
+  static_assert(sizeof(Struct<double>) - columns * sizeof(double) < 16, "doubles, and padding at the end");
+  if constexpr (Wide::size() == 4 && columns >= 4)
+    [&]<std::size_t... group>(std::index_sequence<group...>) {
+      (f(std::min(4 * group, columns - 4), std::true_type()), ...);
+    }(std::make_index_sequence<(columns + 3) / 4>());
+  else
+    [&]<std::size_t... c>(std::index_sequence<c...>) { (f(c, std::false_type()), ...); }(std::make_index_sequence<columns>());
+}
+
+/// The structs of several points as one of Wides; from[at(lane)] is a point's. Structs hold Reals alone.
+template <template <class> class Struct, class At>
+Struct<Wide> load(const Struct<double>* from, const At& at) {
+  const auto row = [&](std::size_t lane) { return reinterpret_cast<const double*>(from + at(lane)); };
+  Struct<Wide> result;
+  auto* const out = reinterpret_cast<Wide*>(&result);
+  each_column<Struct>([&](std::size_t c, auto four) {
+    if constexpr (four) {
+      const auto part = [&](std::size_t lane) { return Wide(row(lane) + c, std::experimental::element_aligned); };
+      Wide w0 = part(0), w1 = part(1), w2 = part(2), w3 = part(3);
+      transpose(w0, w1, w2, w3);
+      out[c] = w0, out[c + 1] = w1, out[c + 2] = w2, out[c + 3] = w3;
+    } else {
+      out[c] = Wide([&](auto lane) { return row(lane)[c]; });
+    }
+  });
+  return result;
+}
+
+/// The converse.
+template <template <class> class Struct, class At>
+void store(const Struct<Wide>& from, Struct<double>* to, const At& at) {
+  const auto row = [&](std::size_t lane) { return reinterpret_cast<double*>(to + at(lane)); };
+  const auto* const in = reinterpret_cast<const Wide*>(&from);
+  each_column<Struct>([&](std::size_t c, auto four) {
+    if constexpr (four) {
+      const auto put = [&](std::size_t lane, const Wide& w) { w.copy_to(row(lane) + c, std::experimental::element_aligned); };
+      Wide w0 = in[c], w1 = in[c + 1], w2 = in[c + 2], w3 = in[c + 3];
+      transpose(w0, w1, w2, w3);
+      put(0, w0), put(1, w1), put(2, w2), put(3, w3);
+    } else {
+      for (std::size_t lane = 0; lane < Wide::size(); ++lane) row(lane)[c] = in[c][lane];
+    }
+  });
+}
+
+}  // namespace grainpair
+
+template <>
+struct Eigen::NumTraits<grainpair::Wide> : Eigen::GenericNumTraits<grainpair::Wide> {
+  using Real = grainpair::Wide;
+  using NonInteger = grainpair::Wide;
+  using Nested = grainpair::Wide;
+  using Literal = double;
+  enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 0, ReadCost = 1, AddCost = 1, MulCost = 1 };
+};
+template <class Op>
+struct Eigen::ScalarBinaryOpTraits<double, grainpair::Wide, Op> {
+  using ReturnType = grainpair::Wide;
+};
