@@ -8,17 +8,30 @@ namespace grainpair::test {
 
 /// A law without stress: what is left is the transfer, the grid and the walls.
 struct Inert {
-  struct State {};
+  template <class Real>
+  struct State {
+    Real none = 0.0;
+  };
   explicit Inert(const Case&) {}
-  Response<State> initial(const InitialState&) const { return respond(); }
-  Response<State> update(const State&, const Deformation&) const { return respond(); }
-  Stability stability(const State&, const SymTensor&, double) const { return {1.0, 0.0}; }
-  double granular_temperature(const State&) const { return 0.0; }
+  Response<double, State> initial(const InitialState&) const { return respond<double>(); }
+  template <class Real>
+  Response<Real, State> update(const State<Real>&, const DeformationOf<Real>&) const {
+    return respond<Real>();
+  }
+  template <class Real>
+  StabilityOf<Real> stability(const State<Real>&, const Real&) const {
+    return {1.0, 0.0};
+  }
+  template <class Real>
+  Real granular_temperature(const State<Real>&) const {
+    return 0.0;
+  }
 
  private:
-  static Response<State> respond() {
-    Response<State> r;
-    r.sigma.setZero();
+  template <class Real>
+  static Response<Real, State> respond() {
+    Response<Real, State> r;
+    r.sigma = Tensor<Real>::Zero();
     return r;
   }
 };
