@@ -38,7 +38,7 @@ def confidence_half_width(a: np.ndarray, b: np.ndarray, confidence: float = 0.90
     total = sum(variances)
     if total == 0.0:
         return 0.0
-    freedom = total**2 / sum(v**2 / n for v, n in zip(variances, freedoms))
+    freedom = 1.0 / sum((v / total) ** 2 / n for v, n in zip(variances, freedoms))  # shares: squares of small numbers vanish
     return float(stats.t.ppf(0.5 + 0.5 * confidence, freedom) * np.sqrt(total))
 
 
