@@ -31,6 +31,10 @@ class Body {
   virtual void update(std::size_t first, Batch batch) = 0;
   /// state[i] <- state[order[i]]; called whenever the solver reorders its points.
   virtual void reorder(std::span<const std::uint32_t> order) = 0;
+  /// Of granular temperature [Pa s]; 0 for a law without.
+  virtual double conductivity(std::size_t point, double void_ratio) const = 0;
+  /// Adds to a point's fluctuations, as far as they do not become negative [J/kg]; gives its granular temperature [m2/s2].
+  virtual double heat(std::size_t point, double energy) = 0;
   /// The quasi-static part of a point's stress sigma at void ratio e; all of it for a law without
   /// collisions [Pa].
   virtual SymTensor quasi_static_stress(std::size_t point, const SymTensor& sigma,
@@ -70,6 +74,16 @@ class BodyOf final : public Body {
     sorted.reserve(state_.size());
     for (const auto p : order) sorted.push_back(state_[p]);
     state_ = std::move(sorted);
+  }
+
+  double conductivity(std::size_t point, double void_ratio) const override {
+    if constexpr (Conducts<Law>) return law_.conductivity(state_[point], void_ratio);
+    return 0.0;
+  }
+
+  double heat(std::size_t point, double energy) override {
+    if constexpr (Conducts<Law>) state_[point] = law_.heated(state_[point], energy);
+    return law_.granular_temperature(state_[point]);
   }
 
   SymTensor quasi_static_stress(std::size_t point, const SymTensor& sigma,

@@ -66,12 +66,28 @@ struct InitialState {
   double granular_temperature; // [m2/s2]
 };
 
+/// A law whose grains do not fluctuate.
+struct Athermal {
+  template <template <class> class State, class Real>
+  Real granular_temperature(const State<Real>&) const {
+    return 0.0;
+  }
+};
+
 /// What a law does for one point (Real = double) or for several at once (Real = Wide).
 template <class M, class Real>
 concept Updates = requires(const M law, const typename M::template State<Real> s, const DeformationOf<Real>& step, Real e) {
   { law.update(s, step) } -> std::same_as<Response<Real, M::template State>>;
   { law.stability(s, e) } -> std::same_as<StabilityOf<Real>>;
-  { law.granular_temperature(s) } -> std::same_as<Real>;  // 0 where the law has none
+  { law.granular_temperature(s) } -> std::same_as<Real>;
+};
+
+/// A law whose granular temperature can conduct: `conductivity` [Pa s], so that the flux of energy is -conductivity grad T
+/// [W/m2], and what an addition to the fluctuations [J/kg] makes of a state.
+template <class M>
+concept Conducts = requires(const M law, const typename M::template State<double> s, double x) {
+  { law.conductivity(s, x) } -> std::same_as<double>;  // x: void ratio
+  { law.heated(s, x) } -> std::same_as<typename M::template State<double>>;
 };
 
 template <class M>

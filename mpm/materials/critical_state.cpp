@@ -8,7 +8,7 @@
 namespace grainpair {
 namespace {
 
-class CriticalStatePlasticity {
+class CriticalStatePlasticity : public Athermal {
  public:
   static constexpr bool regimes_cost_differently = true;
   template <class Real>
@@ -35,11 +35,6 @@ class CriticalStatePlasticity {
   template <class Real>
   StabilityOf<Real> stability(const State<Real>& state, const Real& e) const {
     return {model_.modulus(state, e), 0.0};
-  }
-
-  template <class Real>
-  Real granular_temperature(const State<Real>&) const {
-    return 0.0;
   }
 
  private:

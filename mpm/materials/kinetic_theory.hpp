@@ -10,6 +10,8 @@
 //     lam = 4(1+en) nu rho d Y sqrt(T)/(3 sqrt(pi))
 //     sigma_c = p_c I + lam tr(D) I + 2 eta dev(D)  [Ceccato2019, Eq. 12]
 //     Gamma_c = 12/sqrt(pi) (1 - ee^2) nu rho Y T^(3/2)/L
+//     M = (1+en)/2 + pi/16 [5 + 3(1+en)^2(2en-1)G][5 + 6(1+en)G]/{(1+en)[16 - 7(1-en)]G^2}
+//     kappa = 4 M nu rho d Y sqrt(T)/sqrt(pi), with the flux -kappa grad T [Garzo1999, without the part of grad nu]
 // G is infinite at e <= e_c, so 1/G is what is carried. Coefficients here are per unit of bulk
 // density nu rho.
 #pragma once
@@ -93,6 +95,13 @@ class KineticTheory {
                             (5.0 * inverse + 4.0 * en1_);
   }
 
+  template <class Real>
+  Real M(const Real& inverse) const {
+    const double en = parameters.restitution;
+    return 0.5 * en1_ + std::numbers::pi / 16.0 / (en1_ * (16.0 - 7.0 * (1.0 - en))) *
+                            (5.0 * inverse + 3.0 * en1_ * en1_ * (2.0 * en - 1.0)) * (5.0 * inverse + 6.0 * en1_);
+  }
+
   /// L/d: max{1, sqrt(2J/(15(1-ee^2))) [1 + 26(1-ee)/15 (nu - 0.49)/(nu_rcp - nu)]^(3/2)} above nu
   /// = 0.49 [Berzi2014], or max{1, G^(1/3)/4 d gdot/sqrt(T)} capped at 10 [Jenkins2007]; 1 for
   /// `none`.
@@ -108,6 +117,13 @@ class KineticTheory {
     return {i, 4.0 * F(i), 8.0 * d / (5.0 * root_pi) * j,
             parameters.bulk_viscosity ? 4.0 * en1_ * d / (3.0 * root_pi) : 0.0,
             12.0 * loss_ / (root_pi * d) / correlation_length(e, i, j, shear_rate, s)};
+  }
+
+  /// kappa per bulk density at s = sqrt(T) [m2/s]
+  template <class Real>
+  Real conductivity(const Real& e, const Real& s) const {
+    const Real i = inverse_g(e), y = i + kap * s;
+    return 4.0 * parameters.diameter / root_pi * M(i) * select(y > 0.0, s / y, Real(0.0));
   }
 
   /// Y = 1/(1/G + kap s)

@@ -14,7 +14,7 @@
 namespace grainpair {
 namespace {
 
-class PerfectLadeDuncan {
+class PerfectLadeDuncan : public Athermal {
  public:
   template <class Real>
   struct State {
@@ -48,11 +48,6 @@ class PerfectLadeDuncan {
   template <class Real>
   StabilityOf<Real> stability(const State<Real>& state, const Real& e) const {
     return {volume_.cauchy(e) * elasticity_.p_wave_modulus(state.strain), 0.0};
-  }
-
-  template <class Real>
-  Real granular_temperature(const State<Real>&) const {
-    return 0.0;
   }
 
  private:

@@ -7,7 +7,7 @@
 namespace grainpair {
 namespace {
 
-class LinearElastic {
+class LinearElastic : public Athermal {
  public:
   template <class Real>
   struct State {
@@ -31,11 +31,6 @@ class LinearElastic {
   template <class Real>
   StabilityOf<Real> stability(const State<Real>&, const Real& e) const {
     return {elasticity_.p_wave_modulus() * volume_.cauchy(e), 0.0};
-  }
-
-  template <class Real>
-  Real granular_temperature(const State<Real>&) const {
-    return 0.0;
   }
 
  private:

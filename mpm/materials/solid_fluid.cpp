@@ -52,6 +52,16 @@ class SolidFluid {
     return state.speed * state.speed;
   }
 
+  double conductivity(const State<double>& state, double e) const {
+    return gas_.parameters.density / (1.0 + e) * gas_.conductivity(e, state.speed);
+  }
+
+  /// The state after `energy` has come to its fluctuations [J/kg]; they can not give more than they hold.
+  State<double> heated(State<double> state, double energy) const {
+    state.speed = std::sqrt(std::max(0.0, state.speed * state.speed + energy / 1.5));
+    return state;
+  }
+
   SymTensor quasi_static_stress(const State<double>& state, double e) const {
     return model_.volume.cauchy(e) * model_.elasticity.stress(state.strain);
   }
