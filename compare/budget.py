@@ -21,7 +21,7 @@ ACCOUNTS = {
     "mpm": (("plastic", "dissipated", "dissipated_plastic"), ("collisional", "dissipated", "dissipated_collisional"),
             ("at walls", "dissipated", "dissipated_wall"), ("transfer loss", "numerical", "loss_transfer"),
             ("time integration", "numerical", "loss_time_integration"), ("mixing of void ratios", "numerical", "loss_mixing"),
-            ("detached points", "numerical", "loss_detached")),
+            ("detached points", "numerical", "loss_detached"), ("conduction", "numerical", "loss_conduction")),
     "dem": (("normal", "dissipated", "dissipated_normal"), ("tangential", "dissipated", "dissipated_tangential"),
             ("at walls", "dissipated", "dissipated_wall")),
 }

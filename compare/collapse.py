@@ -14,7 +14,7 @@ from compare.runs import POINT_STATE, Run, open_fields, open_run
 from compare.statements import judge
 
 LOSSES = {"loss_transfer": "between points and grid", "loss_time_integration": "by the finite step", "loss_mixing": "where void ratios mix",
-          "loss_detached": "by points that detached"}
+          "loss_detached": "by points that detached", "loss_conduction": "where conduction asks for more than is held"}
 
 
 def open_collapse(path: Path) -> Run:

@@ -5,25 +5,27 @@
 #include <vector>
 
 #include "mpm/shape.hpp"
+#include "mpm/tensor.hpp"
 
 namespace grainpair {
 
-/// Four doubles that move as one: a compiler vector, because expression templates cost more to compile here than they
-/// save to write.
-using Lanes [[gnu::vector_size(32)]] = double;
-
-/// One cache line. Between particles_to_grid and accelerate: mass and momentum, force. After it: mass and
-/// velocity, velocity increment. Lane 0 is the mass, so that one vector operation moves mass and momentum.
-struct alignas(64) Node {
-  Lanes motion;  // {m, m v} [kg, kg m/s], then {m, v} [kg, m/s]
-  Lanes change;  // {unused, f} [N], then {unused, v_new - v_old} [m/s]
+/// Between scatter and accelerate: momentum, force and mass. After it: velocity, its increment, and mass.
+template <int Dim, class Real>
+struct NodeOf {
+  VectorOf<Dim, Real> motion;  // m v [kg m/s], then v [m/s]
+  VectorOf<Dim, Real> change;  // f [N], then v_new - v_old [m/s]
+  Real mass;                   // [kg]
 };
+
+/// One cache line.
+template <int Dim>
+struct alignas(64) Node : NodeOf<Dim, double> {};
 
 template <int Dim, class Shape>
 struct Grid {
   using Axis = typename Shape::Axis;
   std::array<Axis, Dim> axes;
-  std::vector<Node> nodes;  // last axis fastest
+  std::vector<Node<Dim>> nodes;  // last axis fastest
   std::array<int, Dim> stride;
 
   Grid(const std::array<int, Dim>& cells, double h, double point_size)
@@ -33,7 +35,7 @@ struct Grid {
       stride[d] = count;
       count *= axes[d].nodes;
     }
-    nodes.resize(static_cast<std::size_t>(count), Node{});
+    nodes.resize(static_cast<std::size_t>(count));
   }
 
  private:

@@ -22,4 +22,14 @@ struct ThreeDimensional {
   static constexpr bool axisymmetric = false;
 };
 
+/// det(I + grad u) of a displacement with symmetric part -strain (compression positive) and rotation vector w, so that the
+/// skew part of grad u times a is w x a:  det(A + [w]x) = det A + w.A.w for a symmetric A = I - strain.
+inline Wide stretched_volume(const WideTensor& strain, const Eigen::Matrix<Wide, 3, 1>& w) {
+  const WideTensor a = plus_isotropic(Wide(-1.0) * strain, Wide(1.0));
+  Wide turned = 0.0;  // w.A.w
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) turned += w[i] * component(a, i, j) * w[j];
+  return determinant(a) + turned;
+}
+
 }  // namespace grainpair

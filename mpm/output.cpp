@@ -138,6 +138,7 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
     records.template scalar<double>("deviatoric_strain", "-", none, of(points.deviatoric_strain));
     records.template scalar<double>("plastic_dissipation", "J/kg", speed_squared, of(points.plastic));
     records.template scalar<double>("collisional_dissipation", "J/kg", speed_squared, of(points.collisional));
+    records.template scalar<double>("conducted", "J/kg", speed_squared, of(points.conducted));
   });
 }
 
@@ -178,6 +179,8 @@ void Output::finish(const std::string& end_reason, double cpu_seconds, double wa
     account("loss_time_integration", "numerical: lost by the finite step", &EnergyLedger::time_integration);
     account("loss_mixing", "numerical: lost where void ratios mix within a cell", &EnergyLedger::mixing);
     account("loss_detached", "numerical: work of points on motion beyond the volume of their cell", &EnergyLedger::detached);
+    account("loss_conduction", "numerical: made where conduction asks a point for more than it holds", &EnergyLedger::conduction);
+    account("conducted", "fluctuation that conduction has passed from point to point; part of no sum", &EnergyLedger::conducted);
     column("dissipated", "J", "all physical dissipation", [](const Row& row) { return row.ledger.dissipated(); });
     column("unaccounted", "J", "sum of the numerical losses", [](const Row& row) { return row.ledger.numerical(); });
     column("time_step", "s", "time step", [](const Row& row) { return row.time_step; });

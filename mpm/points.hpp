@@ -24,6 +24,7 @@ struct Points {
 
   std::vector<double> stored, fluctuation;        // held energies [J/kg]
   std::vector<double> plastic, collisional;       // dissipated since release [J/kg]
+  std::vector<double> conducted;                  // fluctuation that came by conduction since release [J/kg]
   std::vector<double> granular_temperature;       // [m2/s2]
   std::vector<double> deviatoric_strain;          // accumulated sqrt(2/3 dev D : dev D) dt [-]
   std::vector<double> modulus, viscosity;         // of the law, for the time step [Pa], [Pa s]
@@ -39,7 +40,7 @@ struct Points {
     affine.resize(n, Mat::Zero());
     sigma.resize(n, SymTensor::Constant(nan));
     for (auto* field : {&mass, &void_ratio, &granular_temperature, &modulus, &viscosity}) field->resize(n, nan);
-    for (auto* field : {&pressure_correction, &stored, &fluctuation, &plastic, &collisional, &deviatoric_strain})
+    for (auto* field : {&pressure_correction, &stored, &fluctuation, &plastic, &collisional, &conducted, &deviatoric_strain})
       field->resize(n, 0.0);
     regime.resize(n, 0);
     id.resize(n);
@@ -53,7 +54,7 @@ struct Points {
       field.swap(sorted);
     };
     apply(x), apply(v), apply(affine), apply(mass), apply(void_ratio), apply(sigma), apply(pressure_correction);
-    apply(stored), apply(fluctuation), apply(plastic), apply(collisional), apply(granular_temperature);
+    apply(stored), apply(fluctuation), apply(plastic), apply(collisional), apply(conducted), apply(granular_temperature);
     apply(deviatoric_strain), apply(modulus), apply(viscosity), apply(regime), apply(id);
   }
 };

@@ -1,7 +1,7 @@
 // Shape functions on one axis; the grid's are their tensor products.
 //
 // A policy gives: `support`, the number of nodes that share a point; an Axis built for [0, n h]; and
-// evaluate(axis, x) -> Weights. Positions of the nodes are such that sum_i w_i X_i = x everywhere (linear
+// evaluate(axis, x) -> Weights, of one point (Real = double) or of several at once (Real = Wide). Positions of the nodes are such that sum_i w_i X_i = x everywhere (linear
 // completeness), which the affine transfers and the patch test rely on.
 #pragma once
 
@@ -11,13 +11,15 @@
 #include <cstdint>
 #include <vector>
 
+#include "mpm/wide.hpp"
+
 namespace grainpair {
 
 /// Values and slopes at one point of the `Support` functions that reach it.
-template <int Support>
+template <class Real, int Support>
 struct Weights {
-  int first;                             // index of the first node
-  std::array<double, Support> w, dw, xi; // value [-], slope [1/m], node position - point position [m]
+  Index<Real> first;                    // index of the first node
+  std::array<Real, Support> w, dw, xi;  // value [-], slope [1/m], node position - point position [m]
 };
 
 /// Open uniform B-splines of degree P: knots on the cell faces, P + 1 of them on either end. The end function is
@@ -28,11 +30,17 @@ struct BSpline {
   static constexpr int degree = P;
   static constexpr int support = P + 1;
 
+  template <class Real>
+  struct Cell {
+    std::array<std::array<Real, P + 1>, support> c;  // w_k = sum_j c_kj t^j
+    std::array<Real, support> node;                  // position [m]
+  };
+
   struct Axis {
     double h, inverse_h;
     int cells, nodes;
-    std::vector<double> node_position;                                   // Greville abscissae [m]
-    std::vector<std::array<std::array<double, P + 1>, support>> coefficients;  // per cell: w_k = sum_j c_kj t^j
+    std::vector<double> node_position;  // Greville abscissae [m]
+    std::vector<Cell<double>> cell_table;
 
     Axis(int cell_count, double spacing, double /*point_size*/)
         : h(spacing), inverse_h(1.0 / spacing), cells(cell_count), nodes(cell_count + P) {
@@ -44,7 +52,7 @@ struct BSpline {
       }
       // Cox-de Boor on polynomials in t = x/h - cell, one cell at a time.
       for (int cell = 0; cell < cells; ++cell) {
-        std::array<std::array<double, P + 1>, support> n{};
+        decltype(Cell<double>::c) n{};
         n[P][0] = 1.0;  // degree 0: the one function that is 1 on this cell has index cell + P
         for (int p = 1; p <= P; ++p) {
           auto next = decltype(n){};
@@ -65,27 +73,28 @@ struct BSpline {
           }
           n = next;
         }
-        coefficients.push_back(n);
+        Cell<double> entry{.c = n, .node = {}};
+        for (int k = 0; k < support; ++k) entry.node[k] = node_position[static_cast<std::size_t>(cell + k)];
+        cell_table.push_back(entry);
       }
     }
   };
 
-  static Weights<support> evaluate(const Axis& axis, double x) {
-    const double u = x * axis.inverse_h;
-    const int cell = static_cast<int>(u);
-    const double t = u - cell;
-    const auto& c = axis.coefficients[static_cast<std::size_t>(cell)];
-    Weights<support> out;
-    out.first = cell;
+  template <class Real>
+  static Weights<Real, support> evaluate(const Axis& axis, const Real& x) {
+    const Real u = x * axis.inverse_h, t = u - trunc(u);
+    Weights<Real, support> out;
+    out.first = index_below(u);
+    const auto cell = look_up<Cell>(axis.cell_table.data(), out.first);
     for (int k = 0; k < support; ++k) {
-      double value = c[k][P], slope = 0.0;
+      Real value = cell.c[k][P], slope = 0.0;
       for (int j = P - 1; j >= 0; --j) {
         slope = slope * t + value;
-        value = value * t + c[k][j];
+        value = value * t + cell.c[k][j];
       }
       out.w[k] = value;
       out.dw[k] = slope * axis.inverse_h;
-      out.xi[k] = axis.node_position[static_cast<std::size_t>(cell + k)] - x;
+      out.xi[k] = cell.node[k] - x;
     }
     return out;
   }
@@ -108,36 +117,38 @@ struct Gimp {
     }
   };
 
-  static Weights<support> evaluate(const Axis& axis, double x) {
+  template <class Real>
+  static Weights<Real, support> evaluate(const Axis& axis, const Real& x) {
     const double end = axis.cells * axis.h;
-    const double l = std::min({axis.half_size, x, end - x});  // the domain stays centred on the point
-    const double a = x - l, b = x + l;
+    const Real l = smaller(Real(axis.half_size), smaller(x, end - x));  // the domain stays centred on the point
+    const Real a = x - l, b = x + l, width = b - a;
     // Three nodes from the cell that holds the domain's left end reach it all (2 l <= h).
-    const int first = std::min(static_cast<int>(a * axis.inverse_h), std::max(axis.cells - 2, 0));
-    Weights<support> out;
-    out.first = first;
-    const double width = b - a;
+    const Real first = smaller(trunc(a * axis.inverse_h), Real(std::max(axis.cells - 2, 0)));
+    const auto wide = width > 1e-9 * axis.h;
+    Weights<Real, support> out;
+    out.first = index_below(first);
     for (int k = 0; k < support; ++k) {
-      const double node = (first + k) * axis.h;
+      const Real node = (first + k) * axis.h, r = x - node;
       out.xi[k] = node - x;
-      if (width > 1e-9 * axis.h) {
-        // mean and slope of the hat over [a, b]: differences of its integral and of itself
-        out.w[k] = (integral(axis, b - node) - integral(axis, a - node)) / width;
-        out.dw[k] = (hat(axis, b - node) - hat(axis, a - node)) / width;
-      } else {
-        out.w[k] = hat(axis, x - node);
-        out.dw[k] = (std::abs(x - node) < axis.h ? (x < node || (k == 0 && x == node) ? 1.0 : -1.0) : 0.0) *
-                    axis.inverse_h;
-      }
+      // mean and slope of the hat over [a, b]: differences of its integral and of itself
+      const Real mean = (integral(axis, b - node) - integral(axis, a - node)) / width;
+      const Real slope = (hat(axis, b - node) - hat(axis, a - node)) / width;
+      const Real rise = select(k == 0 ? r <= 0.0 : r < 0.0, Real(axis.inverse_h), Real(-axis.inverse_h));
+      out.w[k] = select(wide, mean, hat(axis, r));
+      out.dw[k] = select(wide, slope, select(abs(r) < axis.h, rise, Real(0.0)));
     }
     return out;
   }
 
  private:
-  static double hat(const Axis& axis, double r) { return std::max(0.0, 1.0 - std::abs(r) * axis.inverse_h); }
-  static double integral(const Axis& axis, double r) {  // of the hat, from -h to r [m]
-    const double s = std::clamp(r * axis.inverse_h, -1.0, 1.0);
-    return axis.h * (s < 0.0 ? 0.5 * (1.0 + s) * (1.0 + s) : 0.5 + s - 0.5 * s * s);
+  template <class Real>
+  static Real hat(const Axis& axis, const Real& r) {
+    return larger(Real(0.0), 1.0 - abs(r) * axis.inverse_h);
+  }
+  template <class Real>
+  static Real integral(const Axis& axis, const Real& r) {  // of the hat, from -h to r [m]
+    const Real s = clamped(r * axis.inverse_h, -1.0, 1.0);
+    return axis.h * select(s < 0.0, 0.5 * (1.0 + s) * (1.0 + s), 0.5 + s - 0.5 * s * s);
   }
 };
 

@@ -30,6 +30,7 @@ Numerics numerics_of(const Case& scene) {
                                                {{"none", VolumetricAveraging::none},
                                                 {"cell", VolumetricAveraging::cell},
                                                 {"nodal", VolumetricAveraging::nodal}}),
+      .conduction = scene.flag("material.conduction"),
       .time_step_fraction = scene.number("mpm.time_step_fraction"),
   };
 }

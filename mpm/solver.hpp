@@ -39,6 +39,7 @@ struct Numerics {
   int xpic_order = 2;
   StressUpdate stress_update = StressUpdate::last;
   VolumetricAveraging averaging = VolumetricAveraging::cell;
+  bool conduction = false;                       // of granular temperature
   double time_step_fraction = 0.5;
 };
 
@@ -93,17 +94,20 @@ class Solver final : public Simulation {
   Solver(const Setup& setup, Points<dim> points, std::unique_ptr<Body> body,
          const std::vector<InitialState>& initial)
       : setup_(setup), grid_(setup.cells, setup.numerics.h, setup.point_size), points_(std::move(points)),
-        body_(std::move(body)), deformation_(points_.size()), displacement_(points_.size()),
-        work_(points_.size()), step_energies_(points_.size()), scratch_(points_.size()), mixing_(points_.size()) {
+        body_(std::move(body)), velocity_gradient_(points_.size()), hoop_(Kinematics::axisymmetric ? points_.size() : 0),
+        displacement_(points_.size()), volumetric_rate_(points_.size()), mixing_(points_.size()), pressure_(points_.size()),
+        scratch_(points_.size()), cell_(points_.size()), specific_volume_(1.0 / setup.solid_density) {
     for (const double e : points_.void_ratio) loosest_mixed_ = std::max(loosest_mixed_, 2.0 * e);
     for (std::size_t p = 0; p < points_.size(); ++p)
       cell_volume_ = std::max(cell_volume_, volume(p) * std::pow(setup.numerics.h / setup.point_size, dim));
     body_->resize(points_.size());
-    std::vector<Stability> stability(points_.size());
-    body_->initialise(0, initial,
-                      {deformation_, points_.sigma, step_energies_, work_, points_.granular_temperature, stability,
-                       points_.regime});
-    store_update(0, points_.size(), stability);
+    Update update;
+    for (std::size_t p = 0; p < points_.size(); p += Update::size) {
+      const Strip chunk{p, std::min(p + Update::size, points_.size())};
+      body_->initialise(p, std::span(initial).subspan(p, chunk.end - p), update.batch(points_, chunk));
+      Sums none;
+      book(chunk, 0.0, update, none);
+    }
     bin_points();
     measure_held_energy();
     update_pressure_correction();
@@ -114,28 +118,29 @@ class Solver final : public Simulation {
     if (drift_ + max_speed_ * dt > 0.9 * setup_.numerics.h) bin_points();
     clear_grid();
     if (setup_.numerics.stress_update == StressUpdate::first) {
-      scatter<true, false>();                                // mass and momentum
+      scatter(Forces::without);                              // mass and momentum
       constrain(0.0);                                        // nodal velocity at the walls
-      gather<false, true>(dt);
+      gather(Gathered::gradient, dt);
       update_stress(dt);
       clear_grid();
     }
-    scatter<true, true>();                                   // mass, momentum, internal force
+    scatter(Forces::with);                                   // mass, momentum, internal force
     accelerate(dt);                                          // momentum balance [Ceccato2019, Eq. 2]
     if (setup_.numerics.transfer == TransferScheme::xpic) sharpen_velocity();
     if (setup_.numerics.stress_update == StressUpdate::last) {
-      gather<true, true>(dt);                                // v, B or C, and displacement of the points; grad v
+      gather(Gathered::both, dt);                            // v, B or C, and displacement of the points; grad v
     } else {
-      gather<true, false>(dt);
+      gather(Gathered::velocity, dt);
     }
     if (setup_.numerics.stress_update == StressUpdate::musl) {
       clear_grid();
-      scatter<true, false>();                                // the points' new momenta, where they were
+      scatter(Forces::without);                              // the points' new momenta, where they were
       constrain(dt);
-      gather<false, true>(dt);
+      gather(Gathered::gradient, dt);
     }
     move(dt);
     if (setup_.numerics.stress_update != StressUpdate::first) update_stress(dt);
+    if (setup_.numerics.conduction) conduct(dt);
     update_pressure_correction();
     time_ += dt;
   }
@@ -162,10 +167,83 @@ class Solver final : public Simulation {
  private:
   friend struct SolverStages;  // times the stages one by one
   static constexpr int strip_width = 5;  // cells; supports reach at most 3 cells beyond, drift one more
-  using AxisWeights = std::array<Weights<Shape::support>, dim>;
+  template <class Real>
+  using AxisWeights = std::array<Weights<Real, Shape::support>, dim>;
+  template <class Real>
+  using VecOf = VectorOf<dim, Real>;
+  template <class Real>
+  using MatOf = std::array<VecOf<Real>, dim>;  // by columns
+  template <class Real>
+  using NodeNumbers = NodeOf<dim, Real>;
+  /// What a node gives to the points after the momentum balance: the head of its numbers.
+  template <class Real>
+  struct Motion {
+    VecOf<Real> v, dv;  // velocity and its increment [m/s]
+  };
+  /// What points collect of their nodes along the axes from `Axis` on: v and its increment, the first moments of both,
+  /// and the slope of v, along each of these axes.
+  template <int Axis, Affine Carried>
+  struct Collected {
+    static constexpr bool moments = Carried != Affine::none, moment_increments = Carried == Affine::gradient;
+    using Along = std::array<VecOf<Wide>, dim - Axis>;
+    VecOf<Wide> v = VecOf<Wide>::Zero(), dv = VecOf<Wide>::Zero();
+    Along moment = none(), moment_increment = none(), slope = none();
+    static Along none() {
+      Along out;
+      out.fill(VecOf<Wide>::Zero());
+      return out;
+    }
+    /// Adds node k of this axis: `inner` is what lies along the axes after it.
+    template <class Inner>
+    void add(const Weights<Wide, Shape::support>& n, int k, const Inner& inner) {
+      const Wide first_moment = n.w[k] * n.xi[k];
+      v += n.w[k] * inner.v;
+      dv += n.w[k] * inner.dv;
+      if constexpr (moments) moment[0] += first_moment * inner.v;
+      if constexpr (moment_increments) moment_increment[0] += first_moment * inner.dv;
+      slope[0] += n.dw[k] * inner.v;
+      if constexpr (Axis + 1 < dim)
+        for (int d = 0; d < dim - Axis - 1; ++d) {
+          if constexpr (moments) moment[d + 1] += n.w[k] * inner.moment[d];
+          if constexpr (moment_increments) moment_increment[d + 1] += n.w[k] * inner.moment_increment[d];
+          slope[d + 1] += n.w[k] * inner.slope[d];
+        }
+    }
+  };
+
+  static MatOf<Wide> zero() {
+    MatOf<Wide> out;
+    out.fill(VecOf<Wide>::Zero());
+    return out;
+  }
+
+  enum class Forces { without, with };
+  enum class Gathered { velocity, gradient, both };
 
   struct Strip {
     std::size_t begin, end;  // points
+  };
+  /// As many points as a Wide holds, from `first` on; lanes that are left over repeat the last.
+  template <bool Full>
+  struct Block {
+    std::size_t first, count;
+    std::size_t operator()(std::size_t lane) const { return first + (Full ? lane : std::min(lane, count - 1)); }
+    /// A number of each point.
+    Wide load(const std::vector<double>& field) const {
+      if constexpr (Full) return Wide(&field[first], std::experimental::element_aligned);
+      return Wide([&](auto lane) { return field[(*this)(lane)]; });
+    }
+    void store(const Wide& from, std::vector<double>& field) const {
+      if constexpr (Full)
+        from.copy_to(&field[first], std::experimental::element_aligned);
+      else
+        for (std::size_t lane = 0; lane < count; ++lane) field[first + lane] = from[lane];
+    }
+    /// The same, and nothing of the repeated: for sums over points.
+    Wide load_once(const std::vector<double>& field) const {
+      if constexpr (Full) return load(field);
+      return Wide([&](auto lane) { return lane < count ? field[first + lane] : 0.0; });
+    }
   };
   /// Fraction of the way to the grid's velocity, and to its gradient, that a point goes in one step.
   struct Filter {
@@ -178,42 +256,68 @@ class Solver final : public Simulation {
     std::ptrdiff_t escaped = -1;
   };
 
+  /// Points on their way through the law: few enough to stay in the cache meanwhile.
+  struct Update {
+    static constexpr std::size_t size = 256;
+    std::array<Deformation, size> steps;
+    std::array<Energies, size> energies;  // plastic and collisional of this step alone
+    std::array<double, size> work;
+    std::array<Stability, size> stability;
+    std::vector<std::size_t> detached;  // points
+
+    Batch batch(Points<dim>& points, const Strip& chunk) {
+      const std::size_t n = chunk.end - chunk.begin;
+      const auto part = [&](auto& field) { return std::span(field).subspan(chunk.begin, n); };
+      return {std::span(steps).first(n), part(points.sigma), std::span(energies).first(n), std::span(work).first(n),
+              part(points.granular_temperature), std::span(stability).first(n), part(points.regime)};
+    }
+  };
+
   void bin_points();
   void clear_grid();
-  template <bool Momentum, bool Force>
-  void scatter();
-  template <bool Momentum, bool Force, Affine Carried>
-  void scatter_strip(const Strip& strip);
+  void scatter(Forces forces);
+  template <Affine Carried>
+  void scatter_strip(const Strip& strip, Forces forces);
   void accelerate(double dt);
   void constrain(double time_offset);
   void sharpen_velocity();
-  template <bool Velocity, bool Gradient>
-  void gather(double dt);
-  template <bool Velocity, bool Gradient, Affine Carried>
-  Sums gather_strip(const Strip& strip, const Filter& filter, double dt);
-  void average_volumetric_rate();
+  void gather(Gathered what, double dt);
+  template <Affine Carried>
+  Sums gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt);
   void mix_void_ratios(double dt);
   void move(double dt);
   void update_stress(double dt);
+  void conduct(double dt);
   void update_pressure_correction();
-  void average_over_cells(std::vector<double>& field);
-  void average_over_nodes(std::vector<double>& field);
   void average(std::vector<double>& field);
+  template <class Weight>
+  void average_over_cells(std::vector<double>& field, const Weight& weight);
+  void average_over_nodes(std::vector<double>& field);
   void measure_held_energy();
-  void store_update(std::size_t begin, std::size_t end, const std::vector<Stability>& stability);
+  void deform(const Strip& chunk, double dt, Update& update, Sums& sum);
+  void book(const Strip& chunk, double dt, const Update& update, Sums& sum);
 
   Vec constrained(Vec v, const std::array<int, dim>& node, double time) const;
-  double volume(std::size_t p) const { return points_.mass[p] * (1.0 + points_.void_ratio[p]) / setup_.solid_density; }
+  double volume(std::size_t p) const { return points_.mass[p] * (1.0 + points_.void_ratio[p]) * specific_volume_; }
   /// Void ratio at which a point fills its cell. A detached point sees no neighbours to keep det F from growing, and its
   /// volume multiplies whatever stress it is left with; yet it cannot stand for more than the cell it lies in.
-  double loosest_void_ratio(std::size_t p) const {
+  Wide loosest_void_ratio(const VecOf<Wide>& x, const Wide& mass) const {
     const double h = setup_.numerics.h;
-    const double cell = Kinematics::axisymmetric ? 2.0 * std::numbers::pi * points_.x[p][0] * h * h : cell_volume_;
-    return cell * setup_.solid_density / points_.mass[p] - 1.0;
+    const Wide cell = Kinematics::axisymmetric ? Wide(2.0 * std::numbers::pi * h * h * x[0]) : Wide(cell_volume_);
+    return cell * setup_.solid_density / mass - 1.0;
   }
-  AxisWeights weights(std::size_t p) const {
-    AxisWeights out;
-    for (int d = 0; d < dim; ++d) out[d] = Shape::evaluate(grid_.axes[d], points_.x[p][d]);
+  template <class Real>
+  AxisWeights<Real> weights(const VecOf<Real>& x) const {
+    AxisWeights<Real> out;
+    for (int d = 0; d < dim; ++d) out[d] = Shape::evaluate(grid_.axes[d], x[d]);
+    return out;
+  }
+  /// The first of the nodes that share each point.
+  std::array<Node<dim>*, Wide::size()> first_nodes(const AxisWeights<Wide>& n) {
+    std::array<Node<dim>*, Wide::size()> out;
+    out.fill(grid_.nodes.data());
+    for (int d = 0; d < dim; ++d)
+      for (std::size_t lane = 0; lane < Wide::size(); ++lane) out[lane] += n[d].first[lane] * grid_.stride[d];
     return out;
   }
   static Vec3 padded(const Vec& a) {
@@ -221,23 +325,6 @@ class Solver final : public Simulation {
     out.template head<dim>() = a;
     return out;
   }
-  static Lanes lanes(const Vec& a, double first = 0.0) {
-    Lanes out = Lanes{};
-    out[0] = first;
-    for (int d = 0; d < dim; ++d) out[d + 1] = a[d];
-    return out;
-  }
-  static Vec unlanes(const Lanes& a) {
-    Vec out;
-    if constexpr (dim == 2) {  // stored whole: what is stored by parts and loaded whole waits for the cache
-      const auto pair = __builtin_shufflevector(a, a, 1, 2);
-      std::memcpy(out.data(), &pair, sizeof(pair));
-      return out;
-    }
-    for (int d = 0; d < dim; ++d) out[d] = a[d + 1];
-    return out;
-  }
-
   /// f(std::integral_constant<Affine, ...>) for the kind of affine transfer the run uses.
   template <class F>
   void with_affine(F&& f) {
@@ -248,10 +335,10 @@ class Solver final : public Simulation {
     }
   }
   /// D_p of one axis: sum_k w_k (X_k - x_p)^2, kept away from zero [m2].
-  double inertia(const Weights<Shape::support>& n) const {
-    double sum = 0.0;
+  Wide inertia(const Weights<Wide, Shape::support>& n) const {
+    Wide sum = 0.0;
     for (int k = 0; k < Shape::support; ++k) sum += n.w[k] * n.xi[k] * n.xi[k];
-    return std::max(sum, 1e-12 * setup_.numerics.h * setup_.numerics.h);
+    return larger(sum, Wide(1e-12 * setup_.numerics.h * setup_.numerics.h));
   }
   /// f(strip) over all strips; those that run at the same time share no node and no cell.
   template <class F>
@@ -262,7 +349,20 @@ class Solver final : public Simulation {
       for (int s = parity; s < count; s += 2) f(static_cast<std::size_t>(s));
     }
   }
-  /// f(node index, {i, j, k}) over the nodes points can reach, a column of the first axis at a time.
+  /// f(block) over the points of a strip.
+  template <class F>
+  static void for_each_block(const Strip& strip, F&& f) {
+    std::size_t p = strip.begin;
+    for (; p + Wide::size() <= strip.end; p += Wide::size()) f(Block<true>{p, Wide::size()});
+    if (p < strip.end) f(Block<false>{p, strip.end - p});
+  }
+  template <class F>
+  void for_each_point(F&& f) {
+    for_each_strip([&](std::size_t s) {
+      for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) f(p);
+    });
+  }
+  /// f(i) over the columns of nodes that points can reach.
   template <class F>
   void for_each_active_column(F&& f) {
 #pragma omp parallel for schedule(static)
@@ -285,18 +385,27 @@ class Solver final : public Simulation {
       }
     }
   }
-  /// f(node, w_ip) over the nodes that share a point.
+  /// f(node, w_ip) or f(node, w_ip, grad w_ip) over the nodes that share point p.
   template <class F>
-  void for_each_weight(const AxisWeights& n, F&& f) {
+  void for_each_weight(std::size_t p, F&& f) {
+    const AxisWeights<double> n = weights<double>(points_.x[p]);
     for (int i = 0; i < Shape::support; ++i) {
-      Node* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
+      Node<dim>* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
       for (int j = 0; j < Shape::support; ++j) {
-        Node* const row = plane + (n[1].first + j) * grid_.stride[1];
-        const double w = n[0].w[i] * n[1].w[j];
+        Node<dim>* const row = plane + (n[1].first + j) * grid_.stride[1];
+        const auto give = [&](Node<dim>& node, double w, auto... gradient) {
+          if constexpr (std::is_invocable_v<F, Node<dim>&, double, Vec>)
+            f(node, w, Vec(gradient...));
+          else
+            f(node, w);
+        };
+        const double w = n[0].w[i] * n[1].w[j], dx = n[0].dw[i] * n[1].w[j], dy = n[0].w[i] * n[1].dw[j];
         if constexpr (dim == 2) {
-          f(*row, w);
+          give(*row, w, dx, dy);
         } else {
-          for (int k = 0; k < Shape::support; ++k) f(row[n[2].first + k], w * n[2].w[k]);
+          const auto& last = n[2];
+          for (int k = 0; k < Shape::support; ++k)
+            give(row[last.first + k], w * last.w[k], dx * last.w[k], dy * last.w[k], w * last.dw[k]);
         }
       }
     }
@@ -321,16 +430,22 @@ class Solver final : public Simulation {
   Grid<dim, Shape> grid_;
   Points<dim> points_;
   std::unique_ptr<Body> body_;
-  std::vector<Deformation> deformation_;
-  std::vector<Vec> displacement_;
-  std::vector<double> work_;
-  std::vector<Energies> step_energies_;
+  std::vector<MatOf<double>> velocity_gradient_;  // [1/s]
+  std::vector<double> hoop_;                      // v_r/r, where the run is axisymmetric [1/s]
+  std::vector<Vec> displacement_;                 // [m]
+  std::vector<double> volumetric_rate_;           // averaged, and with mixing; compression positive [1/s]
+  std::vector<double> mixing_;                    // what mixing adds to it [1/s]
+  std::vector<double> pressure_;                  // of sigma alone [Pa]
   std::vector<double> scratch_;
-  std::vector<double> mixing_;       // volumetric strain rate that mixing gives a point, compression positive [1/s]
-  double loosest_mixed_ = 0.0;       // void ratio [-]
-  std::vector<double> cell_weight_, cell_value_;
+  double loosest_mixed_ = 0.0;                    // void ratio [-]
+  std::vector<std::uint32_t> cell_;  // in which each point lies, of the active box
+  struct CellSum {
+    double weight, value;
+  };
+  std::vector<CellSum> cell_sums_;
   std::vector<Strip> strips_;
   std::array<int, dim> active_begin_{}, active_end_{};
+  double specific_volume_;    // of solid [m3/kg]
   double cell_volume_ = 0.0;  // of plane strain and 3-D, over the thickness simulated [m3]
   double drift_ = 0.0, max_speed_ = 0.0;  // since the points were binned [m]; of the last step [m/s]
   double time_ = 0.0;

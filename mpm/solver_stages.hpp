@@ -33,17 +33,18 @@ void Solver<K, S>::bin_points() {
   }
   std::size_t cells = 1;
   for (int d = 0; d < dim; ++d) cells *= static_cast<std::size_t>(active_end_[d] - active_begin_[d]);
-  cell_weight_.assign(cells, 0.0);
-  cell_value_.assign(cells, 0.0);
+  cell_sums_.assign(cells, {});
+  for (std::size_t p = 0; p < n; ++p) cell_[p] = static_cast<std::uint32_t>(active_cell_of(points_.x[p]));
   drift_ = 0.0;
 }
 
 template <class K, class S>
 void Solver<K, S>::clear_grid() {
   for_each_active_column([&](int i) {
-    for_each_node_of_column(i, [](Node& node, const auto&) {
-      node.motion = Lanes{};
-      node.change = Lanes{};
+    for_each_node_of_column(i, [](Node<dim>& node, const auto&) {
+      node.motion.setZero();
+      node.change.setZero();
+      node.mass = 0.0;
     });
   });
 }
@@ -53,68 +54,68 @@ void Solver<K, S>::clear_grid() {
 /// where C_p is the point's own gradient or B_p D_p^-1, D_p = sum_i w_ip (X_i - x_p)(X_i - x_p)^T, diagonal for
 /// tensor-product functions. (Compression is positive, hence the sign of f.)
 template <class K, class S>
-template <bool Momentum, bool Force>
-void Solver<K, S>::scatter() {
+void Solver<K, S>::scatter(Forces forces) {
   with_affine([&](auto carried) {
-    for_each_strip([&](std::size_t s) { scatter_strip<Momentum, Force, carried.value>(strips_[s]); });
+    for_each_strip([&](std::size_t s) { scatter_strip<carried.value>(strips_[s], forces); });
   });
 }
 
 template <class K, class S>
-template <bool Momentum, bool Force, Affine Carried>
-void Solver<K, S>::scatter_strip(const Strip& strip) {
+template <Affine Carried>
+[[gnu::flatten]] void Solver<K, S>::scatter_strip(const Strip& strip, Forces forces) {
   constexpr bool affine = Carried != Affine::none;
-  for (std::size_t p = strip.begin; p < strip.end; ++p) {
-    const AxisWeights n = weights(p);
-    const double m = points_.mass[p];
-    const Lanes base = lanes(m * points_.v[p], m);
-    std::array<Lanes, dim> slope{};  // of the point's momentum along each axis
+  for_each_block(strip, [&](const auto& block) {
+    const auto x = load<VecOf>(points_.x.data(), block);
+    const AxisWeights<Wide> n = weights<Wide>(x);
+    const std::array<Node<dim>*, Wide::size()> first = first_nodes(n);
+    const Wide m = block.load_once(points_.mass);
+    const VecOf<Wide> own = m * load<VecOf>(points_.v.data(), block);
+    MatOf<Wide> slope;  // of the point's momentum along each axis
     if constexpr (affine) {
+      slope = load_rows<MatOf>([&](std::size_t lane) { return points_.affine[block(lane)].data(); });
+      for (int d = 0; d < dim; ++d) slope[d] = (Carried == Affine::moment ? m / inertia(n[d]) : m) * slope[d];
+    }
+    MatOf<Wide> traction = zero();  // V sigma e_d
+    VecOf<Wide> hoop = VecOf<Wide>::Zero();
+    if (forces == Forces::with) {
+      const Wide v = m * (1.0 + block.load(points_.void_ratio)) * specific_volume_;
+      const auto stress = v * plus_isotropic(load<Tensor>(points_.sigma.data(), block), block.load(points_.pressure_correction));
       for (int d = 0; d < dim; ++d)
-        slope[d] = lanes(points_.affine[p].col(d) * (Carried == Affine::moment ? m / inertia(n[d]) : m));
+        for (int i = 0; i < dim; ++i) traction[d][i] = component(stress, i, d);
+      if constexpr (K::axisymmetric) hoop[0] = stress[2] / x[0];
     }
-    std::array<Lanes, dim> traction;  // V sigma e_d
-    Lanes hoop = Lanes{};
-    if constexpr (Force) {
-      const double v = volume(p);
-      SymTensor sigma = points_.sigma[p];
-      sigma.template head<3>().array() += points_.pressure_correction[p];
-      const Mat3 stress = to_matrix(v * sigma);
-      for (int d = 0; d < dim; ++d) traction[d] = lanes(Vec(stress.col(d).template head<dim>()));
-      if constexpr (K::axisymmetric) hoop[1] = stress(2, 2) / points_.x[p][0];
-    }
-    // along the last axis, for a given weight, slope and momentum of the axes before it
-    const auto row = [&](Node* node, double w, const Lanes& momentum, const Lanes& gradient) {
+    // along the last axis, for a given weight, momentum and force of the axes before it
+    const auto row = [&](std::ptrdiff_t offset, const Wide& w, const VecOf<Wide>& momentum, const VecOf<Wide>& force) {
       const auto& last = n[dim - 1];
       for (int k = 0; k < S::support; ++k) {
-        if constexpr (Momentum) {
-          if constexpr (affine)
-            node[k].motion += (w * last.w[k]) * (momentum + last.xi[k] * slope[dim - 1]);
-          else
-            node[k].motion += (w * last.w[k]) * momentum;
-        }
-        if constexpr (Force) node[k].change += last.w[k] * gradient + (w * last.dw[k]) * traction[dim - 1];
+        const Wide weight = w * last.w[k];
+        NodeNumbers<Wide> given;
+        given.mass = weight * m;
+        given.motion = weight * momentum;
+        if constexpr (affine) given.motion += (weight * last.xi[k]) * slope[dim - 1];
+        given.change = last.w[k] * force + (w * last.dw[k]) * traction[dim - 1];
+        add_rows<NodeNumbers>(given, [&](std::size_t lane) {
+          return first[lane][offset + k].motion.data();
+        });
       }
     };
     for (int i = 0; i < S::support; ++i) {
-      Node* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
-      const Lanes along_x = affine ? base + n[0].xi[i] * slope[0] : base;
-      const double w = n[0].w[i];
+      const std::ptrdiff_t plane = i * grid_.stride[0];
+      const Wide& w = n[0].w[i];
+      VecOf<Wide> momentum = own, force = n[0].dw[i] * traction[0];
+      if constexpr (affine) momentum += n[0].xi[i] * slope[0];
+      if constexpr (K::axisymmetric) force += w * hoop;
       if constexpr (dim == 2) {
-        Lanes gradient = Lanes{};
-        if constexpr (Force) gradient = n[0].dw[i] * traction[0] + w * hoop;
-        row(plane + n[1].first, w, along_x, gradient);
+        row(plane, w, momentum, force);
       } else {
         for (int j = 0; j < S::support; ++j) {
-          Lanes gradient = Lanes{};
-          if constexpr (Force)
-            gradient = (n[0].dw[i] * n[1].w[j]) * traction[0] + (w * n[1].dw[j]) * traction[1];
-          row(plane + (n[1].first + j) * grid_.stride[1] + n[2].first, w * n[1].w[j],
-              affine ? along_x + n[1].xi[j] * slope[1] : along_x, gradient);
+          VecOf<Wide> momentum_j = momentum;
+          if constexpr (affine) momentum_j += n[1].xi[j] * slope[1];
+          row(plane + j * grid_.stride[1], w * n[1].w[j], momentum_j, n[1].w[j] * force + (w * n[1].dw[j]) * traction[1]);
         }
       }
     }
-  }
+  });
 }
 
 /// What the walls make of a nodal velocity.
@@ -143,16 +144,16 @@ void Solver<K, S>::accelerate(double dt) {
   std::vector<Work> columns(static_cast<std::size_t>(active_end_[0]));
   for_each_active_column([&](int i) {
     Work sum;
-    for_each_node_of_column(i, [&](Node& node, const auto& index) {
-      const double m = node.motion[0];
+    for_each_node_of_column(i, [&](Node<dim>& node, const auto& index) {
+      const double m = node.mass;
       if (m <= 0.0) {
-        node.motion = Lanes{};
-        node.change = Lanes{};
+        node.motion.setZero();
+        node.change.setZero();
         return;
       }
-      const Vec mapped = unlanes(node.motion) / m;
+      const Vec mapped = node.motion / m;
       const Vec old = constrained(mapped, index, time_);
-      const Vec force = unlanes(node.change);
+      const Vec force = node.change;
       const Vec free = old + dt * (force / m + setup_.gravity);
       const Vec v = constrained(free, index, time_ + dt);
       const Vec mean = 0.5 * (old + v);
@@ -161,8 +162,8 @@ void Solver<K, S>::accelerate(double dt) {
       sum.internal += dt * force.dot(mean);
       sum.gravity += dt * m * setup_.gravity.dot(mean);
       sum.wall -= m * (v - free).dot(mean);
-      node.motion = lanes(v, m);
-      node.change = lanes(v - mapped);
+      node.motion = v;
+      node.change = v - mapped;
     });
     columns[static_cast<std::size_t>(i)] = sum;
   });
@@ -177,10 +178,8 @@ void Solver<K, S>::accelerate(double dt) {
 template <class K, class S>
 void Solver<K, S>::constrain(double time_offset) {
   for_each_active_column([&](int i) {
-    for_each_node_of_column(i, [&](Node& node, const auto& index) {
-      const double m = node.motion[0];
-      const Vec v = m > 0.0 ? constrained(Vec(unlanes(node.motion) / m), index, time_ + time_offset) : Vec(Vec::Zero());
-      node.motion = lanes(v, m);
+    for_each_node_of_column(i, [&](Node<dim>& node, const auto& index) {
+      if (node.mass > 0.0) node.motion = constrained(Vec(node.motion / node.mass), index, time_ + time_offset);
     });
   });
 }
@@ -192,58 +191,48 @@ void Solver<K, S>::sharpen_velocity() {
   const auto sweep = [&](auto&& f) {
     for_each_active_column([&](int i) { for_each_node_of_column(i, f); });
   };
-  std::vector<Lanes> sum(grid_.nodes.size());
-  const auto index_of = [&](const Node& node) { return static_cast<std::size_t>(&node - grid_.nodes.data()); };
-  sweep([&](Node& node, const auto&) { sum[index_of(node)] = node.motion; });
+  std::vector<Vec> sum(grid_.nodes.size());
+  const auto index_of = [&](const Node<dim>& node) { return static_cast<std::size_t>(&node - grid_.nodes.data()); };
+  sweep([&](Node<dim>& node, const auto&) { sum[index_of(node)] = node.motion; });
   for (int l = 1; l < setup_.numerics.xpic_order; ++l) {
     // S: the term at the points
     for_each_strip([&](std::size_t s) {
       for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-        Lanes value = Lanes{};
-        for_each_weight(weights(p), [&](const Node& node, double w) { value += w * node.motion; });
-        term[p] = unlanes(value);
+        term[p].setZero();
+        for_each_weight(p, [&](const Node<dim>& node, double w) { term[p] += w * node.motion; });
       }
     });
-    sweep([&](Node& node, const auto&) { node.change = Lanes{}; });
-    // S+: back to the nodes, mass-weighted; change[0] is not needed, the nodal mass is known
+    sweep([&](Node<dim>& node, const auto&) { node.change.setZero(); });
+    // S+: back to the nodes, mass-weighted
     for_each_strip([&](std::size_t s) {
-      for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-        const Lanes value = lanes(points_.mass[p] * term[p]);
-        for_each_weight(weights(p), [&](Node& node, double w) { node.change += w * value; });
-      }
+      for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p)
+        for_each_weight(p, [&](Node<dim>& node, double w) { node.change += (w * points_.mass[p]) * term[p]; });
     });
-    sweep([&](Node& node, const auto& index) {
-      const double m = node.motion[0];
-      if (m <= 0.0) return;
-      const Vec next = constrained(unlanes(node.motion) - Vec(unlanes(node.change) / m), index, time_);
-      node.motion = lanes(next, m);
-      sum[index_of(node)] += lanes(next);
+    sweep([&](Node<dim>& node, const auto& index) {
+      if (node.mass <= 0.0) return;
+      node.motion = constrained(Vec(node.motion - node.change / node.mass), index, time_);
+      sum[index_of(node)] += node.motion;
     });
   }
-  sweep([&](Node& node, const auto&) {
+  sweep([&](Node<dim>& node, const auto&) {
     node.motion = sum[index_of(node)];
-    node.change = Lanes{};
+    node.change.setZero();
   });
 }
 
-/// From the nodes to the points: new velocity, affine part and displacement (Velocity), grad v (Gradient), or both in one
-/// pass over the nodes.
+/// From the nodes to the points: new velocity, affine part and displacement, or grad v, or both in one pass over the nodes.
 template <class K, class S>
-template <bool Velocity, bool Gradient>
-void Solver<K, S>::gather(double dt) {
+void Solver<K, S>::gather(Gathered what, double dt) {
   const auto towards_grid = [&](double tau) { return tau > 0.0 ? -std::expm1(-dt / tau) : 0.0; };
   const Filter filter{towards_grid(setup_.numerics.relaxation_time), towards_grid(setup_.numerics.gradient_relaxation_time)};
   std::vector<Sums> sums(strips_.size());
   const auto sweep = [&](auto carried) {
     for_each_strip([&](std::size_t s) {
-      sums[s] = gather_strip<Velocity, Gradient, carried.value>(strips_[s], filter, dt);
+      sums[s] = gather_strip<carried.value>(strips_[s], what, filter, dt);
     });
   };
-  if constexpr (Velocity)
-    with_affine(sweep);
-  else
-    sweep(std::integral_constant<Affine, Affine::none>{});
-  if constexpr (Velocity) {
+  with_affine(sweep);
+  if (what != Gathered::gradient) {
     double before = 0.0, after = 0.0;
     max_speed_ = 0.0;
     for (const Sums& s : sums) {
@@ -254,103 +243,81 @@ void Solver<K, S>::gather(double dt) {
     ledger_.kinetic = after;
     drift_ += max_speed_ * dt;
   }
-  if constexpr (Gradient) {
-    average_volumetric_rate();
+  if (what != Gathered::velocity) {
+    average(volumetric_rate_);
     mix_void_ratios(dt);
   }
 }
 
 template <class K, class S>
-template <bool Velocity, bool Gradient, Affine Carried>
-auto Solver<K, S>::gather_strip(const Strip& strip, const Filter& filter, double dt) -> Sums {
-  constexpr bool moments = Carried != Affine::none, moment_increments = Carried == Affine::gradient;
-  /// What one pass collects: v and its increment, the first moments of both and the slope of v along each axis.
-  struct Collected {
-    Lanes v{}, dv{};
-    std::array<Lanes, dim> moment{}, moment_increment{}, slope{};
-    /// Adds `inner`, the sums along the axes after `axis`, at node k of that axis.
-    void add(const Weights<S::support>& n, int k, const Collected& inner, int axis) {
-      v += n.w[k] * inner.v;
-      if constexpr (Velocity) dv += n.w[k] * inner.dv;
-      if constexpr (moments) moment[axis] += (n.w[k] * n.xi[k]) * inner.v;
-      if constexpr (moment_increments) moment_increment[axis] += (n.w[k] * n.xi[k]) * inner.dv;
-      if constexpr (Gradient) slope[axis] += n.dw[k] * inner.v;
-      for (int d = axis + 1; d < dim; ++d) {
-        if constexpr (moments) moment[d] += n.w[k] * inner.moment[d];
-        if constexpr (moment_increments) moment_increment[d] += n.w[k] * inner.moment_increment[d];
-        if constexpr (Gradient) slope[d] += n.w[k] * inner.slope[d];
-      }
-    }
-  };
-  Sums sum;
-  for (std::size_t p = strip.begin; p < strip.end; ++p) {
-    const AxisWeights n = weights(p);
-    const auto row = [&](const Node* node) {  // along the last axis
-      Collected out;
-      for (int k = 0; k < S::support; ++k) {
-        Collected at_node;
-        at_node.v = node[k].motion;
-        at_node.dv = node[k].change;
-        out.add(n[dim - 1], k, at_node, dim - 1);
-      }
+template <Affine Carried>
+[[gnu::flatten]] auto Solver<K, S>::gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt) -> Sums {
+  Wide kinetic_before = 0.0, kinetic_after = 0.0, speed = 0.0;
+  for_each_block(strip, [&](const auto& block) {
+    const auto x = load<VecOf>(points_.x.data(), block);
+    const AxisWeights<Wide> n = weights<Wide>(x);
+    const std::array<Node<dim>*, Wide::size()> first = first_nodes(n);
+    const auto row = [&](std::ptrdiff_t offset) {  // along the last axis
+      Collected<dim - 1, Carried> out;
+#pragma GCC unroll 4
+      for (int k = 0; k < S::support; ++k)
+        out.add(n[dim - 1], k, load_rows<Motion>([&](std::size_t lane) { return first[lane][offset + k].motion.data(); }));
       return out;
     };
-    Collected all;
+    Collected<0, Carried> all;
     for (int i = 0; i < S::support; ++i) {
-      const Node* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
+      const std::ptrdiff_t plane = i * grid_.stride[0];
       if constexpr (dim == 2) {
-        all.add(n[0], i, row(plane + n[1].first), 0);
+        all.add(n[0], i, row(plane));
       } else {
-        Collected middle;
-        for (int j = 0; j < S::support; ++j)
-          middle.add(n[1], j, row(plane + (n[1].first + j) * grid_.stride[1] + n[2].first), 1);
-        all.add(n[0], i, middle, 0);
+        Collected<1, Carried> middle;
+        for (int j = 0; j < S::support; ++j) middle.add(n[1], j, row(plane + j * grid_.stride[1]));
+        all.add(n[0], i, middle);
       }
     }
-    const Vec grid_velocity = unlanes(all.v);
-    if constexpr (Velocity) {
-      Vec& v_p = points_.v[p];
-      const double m = points_.mass[p];
-      sum.kinetic_before += 0.5 * m * v_p.squaredNorm();
-      v_p = transferred(setup_.numerics.transfer, v_p, grid_velocity, Vec(unlanes(all.dv)), filter.velocity);
-      sum.kinetic_after += 0.5 * m * v_p.squaredNorm();
-      if constexpr (Carried == Affine::moment)
-        for (int d = 0; d < dim; ++d) points_.affine[p].col(d) = unlanes(all.moment[d]);
+    if (what != Gathered::gradient) {
+      const auto old = load<VecOf>(points_.v.data(), block);
+      const VecOf<Wide> v = transferred(setup_.numerics.transfer, old, all.v, all.dv, filter.velocity);
+      store<VecOf>(v, points_.v.data(), block);
+      const Wide half_mass = 0.5 * block.load_once(points_.mass);
+      kinetic_before += half_mass * old.squaredNorm();
+      kinetic_after += half_mass * v.squaredNorm();
+      const auto affine = [&](std::size_t lane) { return points_.affine[block(lane)].data(); };
+      if constexpr (Carried == Affine::moment) store_rows<MatOf>(all.moment, affine);
       if constexpr (Carried == Affine::gradient) {
-        Mat increment, grid_gradient;
+        Eigen::Matrix<Wide, dim, dim> own, increment, grid_gradient;
+        MatOf<Wide> gradient = load_rows<MatOf>(affine);
         for (int d = 0; d < dim; ++d) {
-          const double inverse = 1.0 / inertia(n[d]);
-          increment.col(d) = inverse * unlanes(all.moment_increment[d]);
-          grid_gradient.col(d) = inverse * unlanes(all.moment[d]);
+          const Wide inverse = 1.0 / inertia(n[d]);
+          for (int i = 0; i < dim; ++i) {
+            own(i, d) = gradient[d][i];
+            increment(i, d) = inverse * all.moment_increment[d][i];
+            grid_gradient(i, d) = inverse * all.moment[d][i];
+          }
         }
-        points_.affine[p] = AffineFlip::gradient(points_.affine[p], increment, grid_gradient, filter.gradient, dt);
+        own = AffineFlip::gradient(own, increment, grid_gradient, filter.gradient, dt);
+        for (int d = 0; d < dim; ++d)
+          for (int i = 0; i < dim; ++i) gradient[d][i] = own(i, d);
+        store_rows<MatOf>(gradient, affine);
       }
-      displacement_[p] = dt * grid_velocity;
-      sum.speed = std::max(sum.speed, grid_velocity.cwiseAbs().maxCoeff());
+      store<VecOf>(VecOf<Wide>(dt * all.v), displacement_.data(), block);
+      for (int d = 0; d < dim; ++d) speed = larger(speed, abs(all.v[d]));
     }
-    if constexpr (Gradient) {
-      const auto L = [&](int i, int j) {  // dv_i/dx_j
-        if (K::axisymmetric && i == 2 && j == 2) return grid_velocity[0] / points_.x[p][0];
-        return i < dim && j < dim ? all.slope[static_cast<std::size_t>(j)][i + 1] : 0.0;
-      };
-      constexpr double r = 1.0 / std::numbers::sqrt2;
-      Deformation& step = deformation_[p];
-      step.D << -L(0, 0), -L(1, 1), -L(2, 2),  // compression positive
-          -r * (L(0, 1) + L(1, 0)), -r * (L(1, 2) + L(2, 1)), -r * (L(2, 0) + L(0, 2));
-      step.spin << 0.5 * (L(2, 1) - L(1, 2)), 0.5 * (L(0, 2) - L(2, 0)), 0.5 * (L(1, 0) - L(0, 1));
+    if (what != Gathered::velocity) {
+      Wide divergence = 0.0;
+      for (int d = 0; d < dim; ++d) divergence += all.slope[d][d];
+      if constexpr (K::axisymmetric) {
+        const Wide hoop = all.v[0] / x[0];
+        block.store(hoop, hoop_);
+        divergence += hoop;
+      }
+      store<MatOf>(all.slope, velocity_gradient_.data(), block);
+      block.store(-divergence, volumetric_rate_);
     }
-  }
+  });
+  Sums sum;
+  sum.kinetic_before = reduce(kinetic_before), sum.kinetic_after = reduce(kinetic_after), sum.speed = hmax(speed);
   return sum;
-}
-
-/// Replaces tr D by its average, if asked.
-template <class K, class S>
-void Solver<K, S>::average_volumetric_rate() {
-  if (setup_.numerics.averaging == VolumetricAveraging::none) return;
-  for (std::size_t p = 0; p < points_.size(); ++p) scratch_[p] = trace(deformation_[p].D);
-  average(scratch_);
-  for (std::size_t p = 0; p < points_.size(); ++p)
-    deformation_[p].D.template head<3>().array() += (scratch_[p] - trace(deformation_[p].D)) / 3.0;
 }
 
 /// Void ratios of the points of a cell relax to their mean, mass-weighted, so that the volume of the cell stays; the law sees
@@ -362,23 +329,13 @@ void Solver<K, S>::mix_void_ratios(double dt) {
   const double tau = setup_.numerics.void_ratio_relaxation_time;
   if (tau <= 0.0) return;
   const double filter = -std::expm1(-dt / tau);
-  const auto for_each_mixed = [&](auto&& f) {
-    for_each_strip([&](std::size_t s) {
-      for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p)
-        if (points_.void_ratio[p] < loosest_mixed_) f(p, active_cell_of(points_.x[p]));
-    });
-  };
-  std::fill(cell_weight_.begin(), cell_weight_.end(), 0.0);
-  std::fill(cell_value_.begin(), cell_value_.end(), 0.0);
-  std::fill(mixing_.begin(), mixing_.end(), 0.0);
-  for_each_mixed([&](std::size_t p, std::size_t cell) {
-    cell_weight_[cell] += points_.mass[p];
-    cell_value_[cell] += points_.mass[p] * points_.void_ratio[p];
-  });
-  for_each_mixed([&](std::size_t p, std::size_t cell) {
-    const double e = points_.void_ratio[p], mean = cell_value_[cell] / cell_weight_[cell];
-    mixing_[p] = filter * (e - mean) / ((1.0 + e) * dt);
-    deformation_[p].D.template head<3>().array() += mixing_[p] / 3.0;
+  const auto mixes = [&](std::size_t p) { return points_.void_ratio[p] < loosest_mixed_; };
+  scratch_ = points_.void_ratio;
+  average_over_cells(scratch_, [&](std::size_t p) { return mixes(p) ? points_.mass[p] : 0.0; });
+  for_each_point([&](std::size_t p) {
+    const double e = points_.void_ratio[p];
+    mixing_[p] = mixes(p) ? filter * (e - scratch_[p]) / ((1.0 + e) * dt) : 0.0;
+    volumetric_rate_[p] += mixing_[p];
   });
 }
 
@@ -394,6 +351,7 @@ void Solver<K, S>::move(double dt) {
       for (int d = 0; d < dim; ++d)
         if (!(points_.x[p][d] >= 0.0 && points_.x[p][d] < grid_.axes[d].cells * grid_.axes[d].h))
           sum.escaped = static_cast<std::ptrdiff_t>(p);
+      if (sum.escaped < 0) cell_[p] = static_cast<std::uint32_t>(active_cell_of(points_.x[p]));
     }
   });
   double potential = 0.0;
@@ -417,48 +375,14 @@ void Solver<K, S>::move(double dt) {
 template <class K, class S>
 void Solver<K, S>::update_stress(double dt) {
   std::vector<Sums> sums(strips_.size());
-  std::vector<Stability> stability(points_.size());
   for_each_strip([&](std::size_t s) {
-    const auto [begin, end] = strips_[s];
-    Sums& sum = sums[s];
-    for (std::size_t p = begin; p < end; ++p) {
-      Deformation& step = deformation_[p];
-      // 1 + e_new = det(I + dt L) (1 + e); D is -sym L, and the spin completes it
-      Mat3 increment = -dt * to_matrix(step.D);
-      const Vec3 w = dt * step.spin;
-      increment(0, 1) -= w[2], increment(1, 0) += w[2];
-      increment(0, 2) += w[1], increment(2, 0) -= w[1];
-      increment(1, 2) -= w[0], increment(2, 1) += w[0];
-      const double J = (Mat3::Identity() + increment).determinant();
-      step.dt = dt;
-      step.void_ratio_old = points_.void_ratio[p];
-      step.void_ratio = (1.0 + step.void_ratio_old) * J - 1.0;
-      if (const double loosest = loosest_void_ratio(p); step.void_ratio >= loosest) {
-        const double room = std::log((1.0 + loosest) / (1.0 + step.void_ratio_old));
-        const double share = room > 0.0 ? room / std::log(J) : 0.0;
-        sum.detached += dt * (1.0 - share) * volume(p) * points_.sigma[p].dot(step.D);
-        step.void_ratio = loosest;
-        step.D *= share;
-      }
-      if (!(step.void_ratio > 0.0)) sum.escaped = static_cast<std::ptrdiff_t>(p);
-      points_.void_ratio[p] = step.void_ratio;
-      points_.deviatoric_strain[p] += dt * std::sqrt(2.0 / 3.0) * deviator(step.D).norm();
-      scratch_[p] = trace(points_.sigma[p]) / 3.0;
-    }
-    if (sum.escaped >= 0) return;
-    const auto n = end - begin;
-    const auto part = [&](auto& v) { return std::span(v).subspan(begin, n); };
-    body_->update(begin, {part(deformation_), part(points_.sigma), part(step_energies_), part(work_),
-                          part(points_.granular_temperature), part(stability), part(points_.regime)});
-    store_update(begin, end, stability);
-    for (std::size_t p = begin; p < end; ++p) {
-      if (points_.void_ratio[p] >= loosest_void_ratio(p)) points_.sigma[p].setZero();
-      const double m = points_.mass[p];
-      sum.mixing += dt * volume(p) * 0.5 * (scratch_[p] + trace(points_.sigma[p]) / 3.0) * mixing_[p];
-      sum.stored += m * points_.stored[p];
-      sum.fluctuation += m * points_.fluctuation[p];
-      sum.plastic += m * step_energies_[p].plastic;
-      sum.collisional += m * step_energies_[p].collisional;
+    Update update;
+    for (std::size_t p = strips_[s].begin; p < strips_[s].end; p += Update::size) {
+      const Strip chunk{p, std::min(p + Update::size, strips_[s].end)};
+      deform(chunk, dt, update, sums[s]);
+      if (sums[s].escaped >= 0) return;
+      body_->update(chunk.begin, update.batch(points_, chunk));
+      book(chunk, dt, update, sums[s]);
     }
   });
   const EnergyLedger before = ledger_;
@@ -484,15 +408,116 @@ void Solver<K, S>::update_stress(double dt) {
   ledger_.time_integration -= absorbed;
 }
 
+/// What the law is to see of the step, and the void ratios it leads to.
 template <class K, class S>
-void Solver<K, S>::store_update(std::size_t begin, std::size_t end, const std::vector<Stability>& stability) {
-  for (std::size_t p = begin; p < end; ++p) {
-    points_.stored[p] = step_energies_[p].stored;
-    points_.fluctuation[p] = step_energies_[p].fluctuation;
-    points_.plastic[p] += step_energies_[p].plastic;
-    points_.collisional[p] += step_energies_[p].collisional;
-    points_.modulus[p] = stability[p].modulus;
-    points_.viscosity[p] = stability[p].viscosity;
+void Solver<K, S>::deform(const Strip& chunk, double dt, Update& update, Sums& sum) {
+  update.detached.clear();
+  for_each_block(chunk, [&](const auto& block) {
+    const auto gradient = load<MatOf>(velocity_gradient_.data(), block);
+    Wide hoop = 0.0;
+    if constexpr (K::axisymmetric) hoop = block.load(hoop_);
+    const auto L = [&](int i, int j) {  // dv_i/dx_j
+      if (K::axisymmetric && i == 2 && j == 2) return hoop;
+      return i < dim && j < dim ? gradient[static_cast<std::size_t>(j)][i] : Wide(0.0);
+    };
+    constexpr double r = 1.0 / std::numbers::sqrt2;
+    DeformationOf<Wide> step;
+    step.D = {-L(0, 0), -L(1, 1), -L(2, 2),  // compression positive
+              -r * (L(0, 1) + L(1, 0)), -r * (L(1, 2) + L(2, 1)), -r * (L(2, 0) + L(0, 2))};
+    step.D = plus_isotropic(step.D, (block.load(volumetric_rate_) - trace(step.D)) * (1.0 / 3));
+    step.spin << 0.5 * (L(2, 1) - L(1, 2)), 0.5 * (L(0, 2) - L(2, 0)), 0.5 * (L(1, 0) - L(0, 1));
+    step.dt = dt;
+    // 1 + e_new = det(I + dt L) (1 + e)
+    const Wide J = stretched_volume(dt * step.D, dt * step.spin);
+    step.void_ratio_old = block.load(points_.void_ratio);
+    step.void_ratio = (1.0 + step.void_ratio_old) * J - 1.0;
+    const Wide loosest = loosest_void_ratio(load<VecOf>(points_.x.data(), block), block.load(points_.mass));
+    if (const auto fills = step.void_ratio >= loosest; any(fills)) {
+      const auto log = [](const Wide& a) { return each_lane([](double b) { return std::log(b); }, a); };
+      const Wide room = log((1.0 + loosest) / (1.0 + step.void_ratio_old));
+      const Wide share = select(fills, select(room > 0.0, room / log(J), Wide(0.0)), Wide(1.0));
+      const Wide volume = block.load_once(points_.mass) * (1.0 + step.void_ratio_old) * specific_volume_;
+      sum.detached += reduce(dt * (1.0 - share) * volume * load<Tensor>(points_.sigma.data(), block).dot(step.D));
+      step.void_ratio = select(fills, loosest, step.void_ratio);
+      step.D = share * step.D;
+      for (std::size_t lane = 0; lane < Wide::size(); ++lane)
+        if (fills[lane]) update.detached.push_back(block(lane));
+    }
+    if (!all(step.void_ratio > 0.0))
+      for (std::size_t lane = 0; lane < Wide::size(); ++lane)
+        if (!(step.void_ratio[lane] > 0.0)) sum.escaped = static_cast<std::ptrdiff_t>(block(lane));
+    block.store(step.void_ratio, points_.void_ratio);
+    block.store(block.load(points_.deviatoric_strain) + dt * std::sqrt(2.0 / 3.0) * deviator(step.D).norm(),
+                points_.deviatoric_strain);
+    store<DeformationOf>(step, update.steps.data(), [&](std::size_t lane) { return block(lane) - chunk.begin; });
+  });
+}
+
+/// What the law made of it, to the points and to the sums.
+template <class K, class S>
+void Solver<K, S>::book(const Strip& chunk, double dt, const Update& update, Sums& sum) {
+  for (const std::size_t p : update.detached) points_.sigma[p].setZero();
+  for (std::size_t p = chunk.begin; p < chunk.end; ++p) {
+    const double m = points_.mass[p];
+    const Energies& now = update.energies[p - chunk.begin];
+    points_.stored[p] = now.stored;
+    points_.fluctuation[p] = now.fluctuation;
+    points_.plastic[p] += now.plastic;
+    points_.collisional[p] += now.collisional;
+    points_.modulus[p] = update.stability[p - chunk.begin].modulus;
+    points_.viscosity[p] = update.stability[p - chunk.begin].viscosity;
+    const double pressure = trace(points_.sigma[p]) / 3.0;
+    sum.mixing += dt * volume(p) * 0.5 * (pressure_[p] + pressure) * mixing_[p];
+    pressure_[p] = pressure;
+    sum.stored += m * now.stored;
+    sum.fluctuation += m * now.fluctuation;
+    sum.plastic += m * now.plastic;
+    sum.collisional += m * now.collisional;
+  }
+}
+
+/// Granular temperature flows, q = -kappa grad T, between the points and through no wall:
+///   T_i = sum_p w_ip m_p T_p / m_i,  m_i de_i = dt sum_p V_p grad w_ip . q_p,  de_p = sum_i w_ip de_i  [J/kg].
+/// The functions' slopes cancel at every point, so that nothing is gained or lost; where a point is asked for more than
+/// it holds, what that creates is booked. Explicit, in sub-steps of half the largest stable, 3/2 rho h^2/(4 dim kappa).
+template <class K, class S>
+void Solver<K, S>::conduct(double dt) {
+  const double h = setup_.numerics.h;
+  double fastest = 0.0;  // kappa/rho [m2/s]
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    scratch_[p] = body_->conductivity(p, points_.void_ratio[p]) * volume(p);
+    fastest = std::max(fastest, scratch_[p] / points_.mass[p]);
+  }
+  const auto rounds = static_cast<long>(std::ceil(dt * fastest * 4.0 * dim / (0.5 * 1.5 * h * h)));
+  for (long round = 0; round < rounds; ++round) {
+    clear_grid();
+    for_each_point([&](std::size_t p) {
+      const double m = points_.mass[p];
+      for_each_weight(p, [&](Node<dim>& node, double w) {
+        node.mass += w * m;
+        node.motion[0] += w * m * points_.granular_temperature[p];
+      });
+    });
+    for_each_point([&](std::size_t p) {
+      Vec flux = Vec::Zero();  // times volume and time [J m]
+      for_each_weight(p, [&](const Node<dim>& node, double, const Vec& slope) { flux -= node.motion[0] / node.mass * slope; });
+      flux *= scratch_[p] * dt / static_cast<double>(rounds);
+      for_each_weight(p, [&](Node<dim>& node, double, const Vec& slope) { node.change[0] += slope.dot(flux); });
+    });
+    double conducted = 0.0, gained = 0.0;
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      double energy = 0.0;
+      for_each_weight(p, [&](const Node<dim>& node, double w) { energy += w * node.change[0] / node.mass; });
+      points_.granular_temperature[p] = body_->heat(p, energy);
+      const double held = 1.5 * points_.granular_temperature[p], change = held - points_.fluctuation[p];
+      points_.fluctuation[p] = held;
+      points_.conducted[p] += change;
+      gained += points_.mass[p] * change;
+      conducted += points_.mass[p] * std::max(change, 0.0);
+    }
+    ledger_.fluctuation += gained;
+    ledger_.conduction -= gained;
+    ledger_.conducted += conducted;
   }
 }
 
@@ -501,61 +526,54 @@ void Solver<K, S>::store_update(std::size_t begin, std::size_t end, const std::v
 template <class K, class S>
 void Solver<K, S>::update_pressure_correction() {
   if (setup_.numerics.averaging == VolumetricAveraging::none) return;
-  for (std::size_t p = 0; p < points_.size(); ++p) scratch_[p] = trace(points_.sigma[p]) / 3.0;
+  scratch_ = pressure_;
   average(scratch_);
-  for (std::size_t p = 0; p < points_.size(); ++p)
-    points_.pressure_correction[p] = scratch_[p] - trace(points_.sigma[p]) / 3.0;
+  for_each_point([&](std::size_t p) { points_.pressure_correction[p] = scratch_[p] - pressure_[p]; });
 }
 
+/// As the run averages what belongs to volume.
 template <class K, class S>
 void Solver<K, S>::average(std::vector<double>& field) {
-  if (setup_.numerics.averaging == VolumetricAveraging::cell)
-    average_over_cells(field);
-  else
-    average_over_nodes(field);
+  switch (setup_.numerics.averaging) {
+    case VolumetricAveraging::none: return;
+    case VolumetricAveraging::cell: return average_over_cells(field, [&](std::size_t p) { return volume(p); });
+    case VolumetricAveraging::nodal: return average_over_nodes(field);
+  }
 }
 
-/// Volume-weighted mean over the points of each cell.
+/// Weighted mean over the points of each cell; what points without weight get is of no meaning.
 template <class K, class S>
-void Solver<K, S>::average_over_cells(std::vector<double>& field) {
-  std::fill(cell_weight_.begin(), cell_weight_.end(), 0.0);
-  std::fill(cell_value_.begin(), cell_value_.end(), 0.0);
-  for_each_strip([&](std::size_t s) {
-    for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-      const std::size_t cell = active_cell_of(points_.x[p]);
-      cell_weight_[cell] += volume(p);
-      cell_value_[cell] += volume(p) * field[p];
-    }
+template <class Weight>
+void Solver<K, S>::average_over_cells(std::vector<double>& field, const Weight& weight) {
+  std::fill(cell_sums_.begin(), cell_sums_.end(), CellSum{});
+  for_each_point([&](std::size_t p) {
+    const double w = weight(p);
+    cell_sums_[cell_[p]].weight += w;
+    cell_sums_[cell_[p]].value += w * field[p];
   });
-  for_each_strip([&](std::size_t s) {
-    for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-      const std::size_t cell = active_cell_of(points_.x[p]);
-      field[p] = cell_value_[cell] / cell_weight_[cell];
-    }
-  });
+  for (CellSum& sum : cell_sums_) sum.value /= sum.weight;
+  for_each_point([&](std::size_t p) { field[p] = cell_sums_[cell_[p]].value; });
 }
 
 /// Points to nodes and back, volume-weighted: avg_p = sum_i w_ip (sum_q w_iq V_q a_q)/(sum_q w_iq V_q).
 template <class K, class S>
 void Solver<K, S>::average_over_nodes(std::vector<double>& field) {
-  // `change` is free between stages: lane 0 holds the weight, lane 1 the value
+  // `change` is free between stages: its first number holds the weight, its second the value
   for_each_active_column(
-      [&](int i) { for_each_node_of_column(i, [](Node& node, const auto&) { node.change = Lanes{}; }); });
-  for_each_strip([&](std::size_t s) {
-    for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-      const double v = volume(p);
-      const Lanes value{v, v * field[p], 0.0, 0.0};
-      for_each_weight(weights(p), [&](Node& node, double w) { node.change += w * value; });
-    }
+      [&](int i) { for_each_node_of_column(i, [](Node<dim>& node, const auto&) { node.change.setZero(); }); });
+  for_each_point([&](std::size_t p) {
+    const double v = volume(p);
+    for_each_weight(p, [&](Node<dim>& node, double w) {
+      node.change[0] += w * v;
+      node.change[1] += w * v * field[p];
+    });
   });
-  for_each_strip([&](std::size_t s) {
-    for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-      double mean = 0.0;
-      for_each_weight(weights(p), [&](const Node& node, double w) {
-        if (node.change[0] > 0.0) mean += w * node.change[1] / node.change[0];
-      });
-      field[p] = mean;
-    }
+  for_each_point([&](std::size_t p) {
+    double mean = 0.0;
+    for_each_weight(p, [&](const Node<dim>& node, double w) {
+      if (node.change[0] > 0.0) mean += w * node.change[1] / node.change[0];
+    });
+    field[p] = mean;
   });
 }
 
@@ -579,20 +597,23 @@ template <class K, class S>
 TimeStep Solver<K, S>::stable_step() const {
   const double h = setup_.numerics.h;
   TimeStep out{std::numeric_limits<double>::infinity(), Limit::none, 0};
-  for (std::size_t p = 0; p < points_.size(); ++p) {
-    const double density = setup_.solid_density / (1.0 + points_.void_ratio[p]);
-    const double c = std::sqrt(points_.modulus[p] / density);
-    const double nu = points_.viscosity[p] / density;
-    const double k = 2.0 * std::sqrt(static_cast<double>(dim)) / h;  // largest wave number, times 2/2
+  const double k = 2.0 * std::sqrt(static_cast<double>(dim)) / h;  // largest wave number, times 2/2
+  for_each_block({0, points_.size()}, [&](const auto& block) {
+    const Wide inverse_density = (1.0 + block.load(points_.void_ratio)) * specific_volume_;
+    const Wide c2 = block.load(points_.modulus) * inverse_density, nu = block.load(points_.viscosity) * inverse_density;
     // 2/omega (sqrt(1 + xi^2) - xi) = 2/(k (sqrt(c^2 + (nu k/2)^2) + nu k/2)), without dividing by c
-    const double damping = 0.5 * nu * k;
-    const double rate = k * (std::sqrt(c * c + damping * damping) + damping);
-    if (2.0 < rate * out.dt) {
-      out.dt = 2.0 / rate;
-      out.limit = damping > c ? Limit::viscous : points_.regime[p] == 3 ? Limit::critical_state : Limit::elastic;
-      out.point = points_.id[p];
-    }
-  }
+    const Wide damping = 0.5 * k * nu, rate = k * (sqrt(c2 + damping * damping) + damping);
+    if (!any(2.0 < out.dt * rate)) return;
+    for (std::size_t lane = 0; lane < Wide::size(); ++lane)
+      if (2.0 < out.dt * rate[lane]) {
+        const std::size_t p = block(lane);
+        out.dt = 2.0 / rate[lane];
+        out.limit = damping[lane] * damping[lane] > c2[lane] ? Limit::viscous
+                    : points_.regime[p] == 3                 ? Limit::critical_state
+                                                             : Limit::elastic;
+        out.point = points_.id[p];
+      }
+  });
   out.dt *= setup_.numerics.time_step_fraction;
   if (max_speed_ > 0.0) out.dt = std::min(out.dt, 0.2 * h / max_speed_);
   return out;

@@ -23,11 +23,11 @@ struct SolverStages {
   template <class S>
   static void particles_to_grid(S& solver) {
     solver.clear_grid();
-    solver.template scatter<true, true>();
+    solver.scatter(S::Forces::with);
   }
   template <class S>
   static void grid_to_particles(S& solver, double dt) {
-    solver.template gather<true, true>(dt);
+    solver.gather(S::Gathered::both, dt);
   }
   template <class S>
   static void constitutive_update(S& solver, double dt) {

@@ -18,44 +18,68 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using SymTensor = Eigen::Matrix<double, 6, 1>;  // Mandel components
 
-/// The same of several points at once. Copied component by component, so that it stays in registers.
-class WideTensor {
+/// N numbers of several points at once. Copied one by one, so that they stay in registers.
+template <int N>
+class WideArray {
  public:
   using Scalar = Wide;
-  WideTensor() = default;
-  WideTensor(const Wide& xx, const Wide& yy, const Wide& zz, const Wide& xy, const Wide& yz, const Wide& zx)
-      : c_{xx, yy, zz, xy, yz, zx} {}
-  WideTensor(const WideTensor& a) : WideTensor(a[0], a[1], a[2], a[3], a[4], a[5]) {}
-  WideTensor& operator=(const WideTensor& a) {
-    c_[0] = a[0], c_[1] = a[1], c_[2] = a[2], c_[3] = a[3], c_[4] = a[4], c_[5] = a[5];
+  WideArray() = default;
+  template <class... Component>
+    requires(sizeof...(Component) == N)
+  WideArray(const Component&... c) : c_{c...} {}
+  WideArray(const WideArray& a) { each([&](int i) { c_[i] = a[i]; }); }
+  WideArray& operator=(const WideArray& a) {
+    each([&](int i) { c_[i] = a[i]; });
     return *this;
   }
-  static WideTensor Zero() { return {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}; }
+  static WideArray Zero() {
+    return of([](int) { return Wide(0.0); });
+  }
 
   Wide& operator[](int i) { return c_[i]; }
   const Wide& operator[](int i) const { return c_[i]; }
 
-  friend WideTensor operator+(const WideTensor& a, const WideTensor& b) {
-    return {a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]};
+  friend WideArray operator+(const WideArray& a, const WideArray& b) {
+    return of([&](int i) { return a[i] + b[i]; });
   }
-  friend WideTensor operator-(const WideTensor& a, const WideTensor& b) {
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4], a[5] - b[5]};
+  friend WideArray operator-(const WideArray& a, const WideArray& b) {
+    return of([&](int i) { return a[i] - b[i]; });
   }
-  friend WideTensor operator*(const Wide& x, const WideTensor& a) {
-    return {x * a[0], x * a[1], x * a[2], x * a[3], x * a[4], x * a[5]};
+  friend WideArray operator*(const Wide& x, const WideArray& a) {
+    return of([&](int i) { return x * a[i]; });
   }
-  WideTensor& operator+=(const WideTensor& b) { return *this = *this + b; }
+  WideArray& operator+=(const WideArray& b) { return *this = *this + b; }
 
-  Wide dot(const WideTensor& b) const {
-    const WideTensor& a = *this;
-    return (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) + (a[3] * b[3] + a[4] * b[4] + a[5] * b[5]);
-  }
+  /// Halves first: two chains of additions.
+  Wide dot(const WideArray& b) const { return sum<0, (N + 1) / 2>(b) + sum<(N + 1) / 2, N>(b); }
   Wide squaredNorm() const { return dot(*this); }
   Wide norm() const { return sqrt(squaredNorm()); }
 
  private:
-  Wide c_[6];
+  template <class F>
+  static void each(F&& f) {
+    [&]<int... i>(std::integer_sequence<int, i...>) { (f(i), ...); }(std::make_integer_sequence<int, N>());
+  }
+  template <class F>
+  static WideArray of(F&& f) {
+    WideArray out;
+    each([&](int i) { out.c_[i] = f(i); });
+    return out;
+  }
+  template <int Begin, int End>
+  Wide sum(const WideArray& b) const {
+    Wide out = c_[Begin] * b[Begin];
+    for (int i = Begin + 1; i < End; ++i) out += c_[i] * b[i];
+    return out;
+  }
+
+  Wide c_[N];
 };
+using WideTensor = WideArray<6>;
+
+/// A vector of `Dim` axes.
+template <int Dim, class Real>
+using VectorOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, 1>, WideArray<Dim>>;
 
 /// SymTensor for Real = double.
 template <class Real>
@@ -126,6 +150,14 @@ Eigen::Matrix<typename T::Scalar, 3, 3> to_matrix(const T& a) {
   Eigen::Matrix<typename T::Scalar, 3, 3> m;
   m << a[0], r * a[3], r * a[5], r * a[3], a[1], r * a[4], r * a[5], r * a[4], a[2];
   return m;
+}
+
+/// a_ij, with the Mandel shear undone.
+template <class T>
+typename T::Scalar component(const T& a, int i, int j) {
+  constexpr double r = 1.0 / std::numbers::sqrt2;
+  if (i == j) return a[i];
+  return r * a[i + j == 1 ? 3 : i + j == 3 ? 4 : 5];
 }
 
 /// R a R^T for a proper rotation R.

@@ -24,7 +24,8 @@ class Watch {
     const EnergyLedger& now = simulation.ledger();
     if (!std::isfinite(now.total())) throw SolverError(not_finite(simulation, steps));
     // an account that falls below zero has made energy out of nothing
-    created_ = std::max(created_, std::max(0.0, -now.transfer) + std::max(0.0, -now.time_integration) + std::max(0.0, -now.mixing));
+    created_ = std::max(created_, std::max(0.0, -now.transfer) + std::max(0.0, -now.time_integration) + std::max(0.0, -now.mixing) +
+                                     std::max(0.0, -now.conduction));
     if (created_ > growth * held_)
       throw SolverError(fmt::format("step {}: energy grew to {:.2g} J more than was held at release, {:.0f} % of it, at t = {:.4g} s "
                                     "lower mpm.time_step_fraction",

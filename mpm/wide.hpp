@@ -57,7 +57,7 @@ Real power(const Real& x, double y) {
   return each_lane([y](double base) { return std::pow(base, y); }, x);
 }
 
-using std::abs, std::sqrt;  // beside those of Wide, which are found by their argument
+using std::abs, std::sqrt, std::trunc;  // beside those of Wide, which are found by their argument
 
 template <class Real>
 using Single = Real;
@@ -76,6 +76,18 @@ inline void transpose(Wide& a, Wide& b, Wide& c, Wide& d) {
   d = std::bit_cast<Wide>(Vector(__builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7)));
 }
 
+/// Where a point's entry of a table is: an int, or one per lane.
+template <class Real>
+using Index = std::conditional_t<std::is_same_v<Real, double>, int, std::array<int, Wide::size()>>;
+
+/// The integer below x >= 0, as an index.
+inline int index_below(double x) { return static_cast<int>(x); }
+inline Index<Wide> index_below(const Wide& x) {
+  Index<Wide> out;
+  for (std::size_t lane = 0; lane < Wide::size(); ++lane) out[lane] = static_cast<int>(x[lane]);
+  return out;
+}
+
 /// f(first column, std::true_type) for groups of four of a struct's numbers, the last of which may overlap the one
 /// before, or f(column, std::false_type) for each; unrolled, so that a Wide is never put together in memory.
 template <template <class> class Struct, class F>
@@ -90,10 +102,9 @@ void each_column(F&& f) {
     [&]<std::size_t... c>(std::index_sequence<c...>) { (f(c, std::false_type()), ...); }(std::make_index_sequence<columns>());
 }
 
-/// The structs of several points as one of Wides; from[at(lane)] is a point's. Structs hold Reals alone.
-template <template <class> class Struct, class At>
-Struct<Wide> load(const Struct<double>* from, const At& at) {
-  const auto row = [&](std::size_t lane) { return reinterpret_cast<const double*>(from + at(lane)); };
+/// The structs of several points as one of Wides; row(lane) is where a point's lies. Structs hold Reals alone.
+template <template <class> class Struct, class Row>
+Struct<Wide> load_rows(const Row& row) {
   Struct<Wide> result;
   auto* const out = reinterpret_cast<Wide*>(&result);
   each_column<Struct>([&](std::size_t c, auto four) {
@@ -109,10 +120,54 @@ Struct<Wide> load(const Struct<double>* from, const At& at) {
   return result;
 }
 
-/// The converse.
+/// The same from an array of structs, in which from[at(lane)] is a point's.
 template <template <class> class Struct, class At>
-void store(const Struct<Wide>& from, Struct<double>* to, const At& at) {
-  const auto row = [&](std::size_t lane) { return reinterpret_cast<double*>(to + at(lane)); };
+Struct<Wide> load(const Struct<double>* from, const At& at) {
+  return load_rows<Struct>([&](std::size_t lane) { return reinterpret_cast<const double*>(from + at(lane)); });
+}
+
+template <template <class> class Struct>
+Struct<double> look_up(const Struct<double>* table, int i) {
+  return table[i];
+}
+template <template <class> class Struct>
+Struct<Wide> look_up(const Struct<double>* table, const Index<Wide>& i) {
+  return load<Struct>(table, [&](std::size_t lane) { return i[lane]; });
+}
+
+/// Adds each point's struct to the doubles at row(lane), one point after the other: points may share a row. Rows have room
+/// for a whole number of fours.
+template <template <class> class Struct, class Row>
+void add_rows(const Struct<Wide>& from, const Row& row) {
+  constexpr std::size_t columns = sizeof(Struct<Wide>) / sizeof(Wide), rest = columns % 4;
+  const auto* const in = reinterpret_cast<const Wide*>(&from);
+  const auto one_by_one = [&](std::size_t c) {
+    for (std::size_t lane = 0; lane < Wide::size(); ++lane) row(lane)[c] += in[c][lane];
+  };
+  const auto four = [&](std::size_t c) {
+    Wide w[4];
+    for (std::size_t i = 0; i < 4; ++i) w[i] = c + i < columns ? in[c + i] : Wide(0.0);
+    transpose(w[0], w[1], w[2], w[3]);
+    for (std::size_t lane = 0; lane < Wide::size(); ++lane) {
+      double* const to = row(lane) + c;
+      (Wide(to, std::experimental::element_aligned) + w[lane]).copy_to(to, std::experimental::element_aligned);
+    }
+  };
+  if constexpr (Wide::size() == 4)
+    [&]<std::size_t... group>(std::index_sequence<group...>) {
+      (four(4 * group), ...);
+      if constexpr (rest == 1)
+        one_by_one(columns - 1);
+      else if constexpr (rest > 1)
+        four(columns - rest);
+    }(std::make_index_sequence<columns / 4>());
+  else
+    for (std::size_t c = 0; c < columns; ++c) one_by_one(c);
+}
+
+/// The converse of load_rows.
+template <template <class> class Struct, class Row>
+void store_rows(const Struct<Wide>& from, const Row& row) {
   const auto* const in = reinterpret_cast<const Wide*>(&from);
   each_column<Struct>([&](std::size_t c, auto four) {
     if constexpr (four) {
@@ -124,6 +179,12 @@ void store(const Struct<Wide>& from, Struct<double>* to, const At& at) {
       for (std::size_t lane = 0; lane < Wide::size(); ++lane) row(lane)[c] = in[c][lane];
     }
   });
+}
+
+/// The converse of load.
+template <template <class> class Struct, class At>
+void store(const Struct<Wide>& from, Struct<double>* to, const At& at) {
+  store_rows<Struct>(from, [&](std::size_t lane) { return reinterpret_cast<double*>(to + at(lane)); });
 }
 
 }  // namespace grainpair

@@ -7,7 +7,7 @@
 namespace grainpair::test {
 
 /// A law without stress: what is left is the transfer, the grid and the walls.
-struct Inert {
+struct Inert : Athermal {
   template <class Real>
   struct State {
     Real none = 0.0;
@@ -21,10 +21,6 @@ struct Inert {
   template <class Real>
   StabilityOf<Real> stability(const State<Real>&, const Real&) const {
     return {1.0, 0.0};
-  }
-  template <class Real>
-  Real granular_temperature(const State<Real>&) const {
-    return 0.0;
   }
 
  private:
@@ -62,6 +58,7 @@ struct Block {
   std::function<Vec(const Vec&)> velocity = [](const Vec&) { return Vec(Vec::Zero()); };
   Mat gradient = Mat::Zero();          // of the velocity, for the affine transfers [1/s]
   std::function<SymTensor(const Vec&)> stress = [](const Vec&) { return SymTensor(SymTensor::Zero()); };
+  std::function<double(const Vec&)> granular_temperature = [](const Vec&) { return 0.0; };
   std::unique_ptr<Body> body = std::make_unique<BodyOf<Inert>>(Inert(any_case()));
 
   template <class Shape>
@@ -96,7 +93,7 @@ struct Block {
           points.mass[p] = density * std::pow(pitch, dim);
           points.void_ratio[p] = void_ratio;
           points.id[p] = static_cast<std::uint32_t>(p);
-          initial.push_back({stress(points.x[p]), void_ratio, 0.0});
+          initial.push_back({stress(points.x[p]), void_ratio, granular_temperature(points.x[p])});
         }
     numerics.h = h;
     return std::make_unique<Solver<Kinematics, Shape>>(

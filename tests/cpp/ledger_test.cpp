@@ -16,28 +16,10 @@ double kinetic_energy(const Simulation& s) {
   return sum;
 }
 
-/// The full law on grains of the seed's column, with temperature `T` [m2/s2] given to the points by hand.
-std::unique_ptr<Body> hot(double T) {
-  /// Overrides the temperature a block starts with.
-  struct Hot final : Body {
-    std::unique_ptr<Body> law;
-    double T;
-    void resize(std::size_t n) override { law->resize(n); }
-    void initialise(std::size_t first, std::span<const InitialState> initial, Batch batch) override {
-      std::vector<InitialState> warm(initial.begin(), initial.end());
-      for (auto& state : warm) state.granular_temperature = T;
-      law->initialise(first, warm, batch);
-    }
-    void update(std::size_t first, Batch batch) override { law->update(first, batch); }
-    void reorder(std::span<const std::uint32_t> order) override { law->reorder(order); }
-    SymTensor quasi_static_stress(std::size_t p, const SymTensor& s, double e) const override {
-      return law->quasi_static_stress(p, s, e);
-    }
-  };
-  auto body = std::make_unique<Hot>();
-  body->law = material_registry().at("solid_fluid")(any_case({"material.law=solid_fluid"}));
-  body->T = T;
-  return body;
+/// Gives a block the full law on grains of the seed's column, at temperature `T` [m2/s2].
+void heat(Block<PlaneStrain>& block, double T) {
+  block.body = material_registry().at("solid_fluid")(any_case({"material.law=solid_fluid"}));
+  block.granular_temperature = [T](const auto&) { return T; };
 }
 
 // Transfer: without forces whatever kinetic energy the points lose, the transfers took.
@@ -105,7 +87,7 @@ TEST(Ledger, WallTakesTheEnergyOfASlidingBlock) {
 TEST(Ledger, CollisionalIsTheHeatThatCools) {
   const double T = 1e-3, dt = 1e-4;
   Block<PlaneStrain> block{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
-  block.body = hot(T);
+  heat(block, T);
   auto solver = block.build<BSpline<2>>();
   const double held = solver->ledger().fluctuation, mass = density * 0.36;
   EXPECT_NEAR(held, 1.5 * T * mass, 1e-12 * held);
@@ -114,7 +96,7 @@ TEST(Ledger, CollisionalIsTheHeatThatCools) {
   // and its backward Euler step change it by kap sqrt(T) G and dt/tau, each below one part in a hundred here.
   auto short_run = [&] {
     Block<PlaneStrain> again{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
-    again.body = hot(T);
+    heat(again, T);
     auto other = again.build<BSpline<2>>();
     other->step(1e-7);
     return 2.0 * held * 1e-7 / other->ledger().collisional;  // tau
@@ -173,7 +155,7 @@ TEST(Ledger, DetachedIsTheWorkBeyondTheCell) {
 // A hot point alone keeps its heat for its own collisions: it must not turn it into motion again and again.
 TEST(Ledger, ADetachedHotPointMakesNoEnergy) {
   Block<PlaneStrain> block{.box = {9, 9}, .low = {4, 4}, .high = {5, 5}, .points_per_cell = 1};
-  block.body = hot(1.0);
+  heat(block, 1.0);
   block.gradient = 100.0 * Eigen::Matrix2d::Identity();
   auto solver = block.build<BSpline<2>>();
   const double held = solver->ledger().held();

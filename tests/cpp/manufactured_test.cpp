@@ -16,18 +16,17 @@ struct SolverStages {
   static void step(S& solver, double dt, const Force& body_force) {
     if (solver.drift_ + solver.max_speed_ * dt > 0.9 * solver.setup_.numerics.h) solver.bin_points();
     solver.clear_grid();
-    solver.template scatter<true, true>();
+    solver.scatter(S::Forces::with);
     auto& grid = solver.grid_;
     for (int i = 0; i < grid.axes[0].nodes; ++i)
       for (int j = 0; j < grid.axes[1].nodes; ++j) {
-        Node& node = grid.nodes[static_cast<std::size_t>(i * grid.stride[0] + j * grid.stride[1])];
+        auto& node = grid.nodes[static_cast<std::size_t>(i * grid.stride[0] + j * grid.stride[1])];
         const Eigen::Vector2d b = body_force(Eigen::Vector2d(grid.axes[0].node_position[static_cast<std::size_t>(i)],
                                                              grid.axes[1].node_position[static_cast<std::size_t>(j)]));
-        node.change[1] += node.motion[0] * b[0];
-        node.change[2] += node.motion[0] * b[1];
+        node.change += node.mass * b;
       }
     solver.accelerate(dt);
-    solver.template gather<true, true>(dt);
+    solver.gather(S::Gathered::both, dt);
     solver.move(dt);
     solver.update_stress(dt);
     solver.time_ += dt;

@@ -137,7 +137,7 @@ def write_run(path, engine, *, height=0.04, length=0.04, thickness=0.008, void_r
                         "dissipated_collisional": 0.4 * dissipated * loss, "dissipated_wall": np.zeros_like(tau),
                         "loss_transfer": 0.7 * (1 - dissipated) * loss,
                         "loss_time_integration": 0.3 * (1 - dissipated) * loss, "loss_mixing": np.zeros_like(tau),
-                        "loss_detached": np.zeros_like(tau)}
+                        "loss_detached": np.zeros_like(tau), "loss_conduction": np.zeros_like(tau)}
         else:
             history |= {"dissipated_normal": 0.2 * dissipated * loss, "dissipated_tangential": 0.8 * dissipated * loss,
                         "dissipated_wall": np.zeros_like(tau), "dissipated_short": 0.55 * dissipated * loss,
