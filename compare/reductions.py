@@ -8,10 +8,14 @@ from compare.runs import Cloud, Fields, Grid, Run
 
 
 def mass_quantile(x: np.ndarray, mass: np.ndarray, q: float) -> float:
-    """The x that the share q of the mass lies within: the x of the first point at which the sum of mass reaches it."""
+    """The x that the share q of the mass lies within: the x of the first point at which the sum of mass reaches it.
+
+    Where the share is a whole number of equal masses, round-off of the sum must not decide: 1e-9 of the mass is more than
+    the sum of millions loses, and less than one of them.
+    """
     order = np.argsort(x, kind="stable")
     sums = np.cumsum(mass[order])
-    return float(x[order][np.searchsorted(sums, q * sums[-1], side="left").clip(0, len(x) - 1)])
+    return float(x[order][np.searchsorted(sums, (q - 1e-9) * sums[-1], side="left").clip(0, len(x) - 1)])
 
 
 def bulk_solid_fraction(run: Run) -> float:

@@ -27,6 +27,11 @@ def test_a_distance_of_equal_runs_is_zero():
         assert all_metrics()[name](b, b) == 0.0
 
 
+def test_mass_quantile_of_a_whole_number_of_points_is_not_up_to_round_off():
+    x = np.arange(1.0, 401.0)  # 398 of 400 equal masses are 99.5 %
+    assert {reductions.mass_quantile(x, np.full(400, m), 0.995) for m in np.random.default_rng(0).random(50)} == {398.0}
+
+
 def test_mass_quantile_counts_mass_not_points():
     assert reductions.mass_quantile(np.array([3.0, 1.0, 2.0]), np.array([1.0, 8.0, 1.0]), 0.85) == 2.0
 
