@@ -23,7 +23,6 @@ from compare.runs import Run, open_run
 from compare.study import provenance
 
 JITTER = 1e-10  # point spacings
-ROUNDING = 1e-9  # added to shares of the mass: of equal points they are whole numbers, and one point more or less would be rounding's choice
 
 
 def arguments(parser):
@@ -62,7 +61,7 @@ def figures(run: Run) -> dict:
     """run-outs [L0] by 99.5 and 99 % of the mass, height [H] by 99.5 %, peak [sqrt(H/g)] and accounts at the end over the energy released."""
     run.reference_energy = run.released()
     end = run.clouds[-1]
-    front, near_front, height = (mass_quantile(end.x[:, axis], end.mass, share + ROUNDING) for axis, share in ((0, 0.995), (0, 0.99), (1, 0.995)))
+    front, near_front, height = (mass_quantile(end.x[:, axis], end.mass, share) for axis, share in ((0, 0.995), (0, 0.99), (1, 0.995)))
     accounts = {name: run.normalised(name)[-1] for name in ("dissipated_plastic", "dissipated_collisional", "loss_transfer", "loss_time_integration")}
     return {"run_out": front / run.length - 1.0, "run_out_99": near_front / run.length - 1.0, "height": height / run.height,
             "peak_time": kinetic_energy_peak_time(run), "peak": kinetic_energy_peak(run)} | accounts | {
