@@ -111,6 +111,7 @@ class Solver final : public Simulation {
     bin_points();
     measure_held_energy();
     update_pressure_correction();
+    first_limit_ = stable_step().dt / setup_.numerics.time_step_fraction;
   }
 
   /// The algorithm. Each stage books the energy it moves.
@@ -447,6 +448,7 @@ class Solver final : public Simulation {
   std::array<int, dim> active_begin_{}, active_end_{};
   double specific_volume_;    // of solid [m3/kg]
   double cell_volume_ = 0.0;  // of plane strain and 3-D, over the thickness simulated [m3]
+  double first_limit_ = std::numeric_limits<double>::infinity();  // of the step, at the start [s]
   double drift_ = 0.0, max_speed_ = 0.0;  // since the points were binned [m]; of the last step [m/s]
   double time_ = 0.0;
   EnergyLedger ledger_;

@@ -240,6 +240,33 @@ TEST(Solver, ResultsDoNotDependOnThreads) {
   for (const auto& [id, v] : one.first) EXPECT_EQ(v, two.first.at(id));
 }
 
+/// Stiff at the start, and then without any stress that could limit a step.
+struct Vanishing : Inert {
+  using Inert::Inert;
+  Response<double, State> initial(const InitialState& start) const {
+    auto r = Inert::initial(start);
+    r.state.none = 1e5;
+    return r;
+  }
+  template <class Real>
+  Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>& step) const {
+    return Inert::update(old, step);
+  }
+  template <class Real>
+  StabilityOf<Real> stability(const State<Real>& state, const Real&) const {
+    return {state.none, 0.0};  // the modulus it was given, and none after an update
+  }
+};
+
+TEST(Solver, AStepWithoutStressToLimitItStaysNearTheFirst) {
+  Block<PlaneStrain> block{.box = {6, 6}, .low = {1, 1}, .high = {4, 4}};
+  block.body = std::make_unique<BodyOf<Vanishing>>(Vanishing(any_case()));
+  auto solver = block.build<BSpline<2>>();
+  const double first = solver->stable_step().dt;
+  solver->step(first);
+  EXPECT_DOUBLE_EQ(solver->stable_step().dt, 4.0 * first);
+}
+
 TEST(Solver, MassAndMomentumAreKeptInThreeDimensions) {
   Block<ThreeDimensional> block{.box = {10, 10, 10}, .low = {3, 3, 3}, .high = {7, 7, 7}};
   block.velocity = [](const auto& x) { return Vec3(std::sin(9 * x[1]), std::cos(7 * x[2]), x[0] * x[0]); };
