@@ -19,13 +19,14 @@ struct AffineFlip : Flip {
   /// C_new = (C + dC)(I + dt L)^-1, C first relaxed to the grid's grad v. The inverse carries the gradient along with the
   /// motion, from places before the step to places after it: a rigid rotation keeps its C exactly, and what is
   /// stretched loses slope. L is the grid's grad v without volumetric contraction: that would let a stress-free point
-  /// gain energy without bound, because on a grid its inertia m D_p does not shrink with its volume. In a plane, too, it is
-  /// a third of the trace: a slice must answer as the slab it stands for.
+  /// gain energy without bound, because on a grid its inertia m D_p does not shrink with its volume. What is taken off each
+  /// axis is half the trace, so that a plane keeps its area; in three dimensions, too, where a slab between rollers must
+  /// answer as the slice it stands for.
   template <class Mat>
   static Mat gradient(const Mat& own, const Mat& increment, const Mat& grid_gradient, double filter, double dt) {
     using Real = typename Mat::Scalar;
     const Mat flip = own + increment, relaxed = flip + filter * (grid_gradient - flip);
-    const Real contraction = smaller(Real(grid_gradient.trace()), Real(0.0)) / 3.0;
+    const Real contraction = smaller(Real(grid_gradient.trace()), Real(0.0)) / 2.0;
     return relaxed * ((1.0 - dt * contraction) * Mat::Identity() + dt * grid_gradient).inverse();
   }
 };

@@ -86,6 +86,15 @@ TEST(AffineFlip, KeepsTheGradientOfARigidRotation) {
 }
 
 /// A cloud that flies apart ends at the void ratio of one point per cell, (1 + e) = (1 + e0) 2^2, and not beyond.
+/// A point whose neighbours close in from all sides must not gain slope: nothing would stop it.
+TEST(AffineFlip, ContractionSteepensNoGradient) {
+  const double dt = 1e-3, rate = 5.0;
+  const Eigen::Matrix2d plane = -rate * Eigen::Matrix2d::Identity();
+  EXPECT_NEAR((AffineFlip::gradient<Eigen::Matrix2d>(plane, Eigen::Matrix2d::Zero(), plane, 0.0, dt) - plane).norm(), 0.0, 1e-12 * rate);
+  const Eigen::Matrix3d space = -rate * Eigen::Matrix3d::Identity();
+  EXPECT_LT((AffineFlip::gradient<Eigen::Matrix3d>(space, Eigen::Matrix3d::Zero(), space, 0.0, dt)).norm(), space.norm());
+}
+
 TEST(Solver, DetachedPointsStopAtTheVolumeOfTheirCell) {
   Block<PlaneStrain> block{.box = {40, 40}, .low = {19, 19}, .high = {21, 21}};
   block.velocity = [](const auto& x) { return Eigen::Vector2d(x[0] - 2.0, x[1] - 2.0); };
