@@ -109,7 +109,7 @@ class BareKernels {
       }
       constexpr int last = Dim - 1;
       for (int k = 0; k < support; ++k) {
-        NodeNumbers<Wide> given;
+        NodeNumbers<Wide> given{};
         given.mass = w * at.w[last][k];
         given.motion = given.mass * (momentum + at.xi[last][k] * p.gradient[last]);
         given.change = at.w[last][k] * force + (w * at.dw[last][k]) * p.stress[last];

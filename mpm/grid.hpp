@@ -1,25 +1,12 @@
-// The background grid: nodal mass, momentum and force. Knows its spacing, nothing about materials.
+// The background grid: its axes and its nodes. Knows its spacing, nothing about materials.
 #pragma once
 
 #include <array>
 #include <vector>
 
-#include "mpm/shape.hpp"
-#include "mpm/tensor.hpp"
+#include "mpm/interpolation.hpp"
 
 namespace grainpair {
-
-/// Between scatter and accelerate: momentum, force and mass. After it: velocity, its increment, and mass.
-template <int Dim, class Real>
-struct NodeOf {
-  VectorOf<Dim, Real> motion;  // m v [kg m/s], then v [m/s]
-  VectorOf<Dim, Real> change;  // f [N], then v_new - v_old [m/s]
-  Real mass;                   // [kg]
-};
-
-/// One cache line.
-template <int Dim>
-struct alignas(64) Node : NodeOf<Dim, double> {};
 
 template <int Dim, class Shape>
 struct Grid {

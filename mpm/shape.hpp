@@ -1,7 +1,7 @@
 // Shape functions on one axis; the grid's are their tensor products.
 //
 // A policy gives: `support`, the number of nodes that share a point; an Axis built for [0, n h]; and
-// evaluate(axis, x) -> Weights, of one point (Real = double) or of several at once (Real = Wide). Positions of the nodes are such that sum_i w_i X_i = x everywhere (linear
+// evaluate(axis, x, weights), of one point (Real = double) or of several at once (Real = Wide). Positions of the nodes are such that sum_i w_i X_i = x everywhere (linear
 // completeness), which the affine transfers and the patch test rely on.
 #pragma once
 
@@ -15,11 +15,18 @@
 
 namespace grainpair {
 
-/// Values and slopes at one point of the `Support` functions that reach it.
+/// The `Support` functions that reach one point.
 template <class Real, int Support>
 struct Weights {
-  Index<Real> first;                    // index of the first node
-  std::array<Real, Support> w, dw, xi;  // value [-], slope [1/m], node position - point position [m]
+  static constexpr int support = Support;
+  Index<Real> first;                        // index of the first node
+  std::array<Real, Support> w, dw, moment;  // value [-], slope [1/m], value times (node's position - point's) [m]
+  Real inertia;                             // sum_k w_k (X_k - x)^2 [m2]
+
+  void set(int k, const Real& value, const Real& slope, const Real& xi) {
+    w[k] = value, dw[k] = slope, moment[k] = value * xi;
+    inertia += moment[k] * xi;
+  }
 };
 
 /// Open uniform B-splines of degree P: knots on the cell faces, P + 1 of them on either end. The end function is
@@ -81,22 +88,43 @@ struct BSpline {
   };
 
   template <class Real>
-  static Weights<Real, support> evaluate(const Axis& axis, const Real& x) {
-    const Real u = x * axis.inverse_h, t = u - trunc(u);
-    Weights<Real, support> out;
+  static void evaluate(const Axis& axis, const Real& x, Weights<Real, support>& out) {
+    const Real u = x * axis.inverse_h, cell = trunc(u), t = u - cell;
+    out.inertia = 0.0;
     out.first = index_below(u);
-    const auto cell = look_up<Cell>(axis.cell_table.data(), out.first);
+    // from P - 1 cells off the ends on, all cells are alike
+    if (all(cell >= P - 1.0) && all(cell <= axis.cells - 1.0 * P)) {
+      inside(t, [&](int k, const Real& value, const Real& slope) {
+        out.set(k, value, axis.inverse_h * slope, axis.h * (k - 0.5 * (P - 1) - t));
+      });
+      return;
+    }
+    const auto here = look_up<Cell>(axis.cell_table.data(), out.first);
     for (int k = 0; k < support; ++k) {
-      Real value = cell.c[k][P], slope = 0.0;
+      Real value = here.c[k][P], slope = 0.0;
       for (int j = P - 1; j >= 0; --j) {
         slope = slope * t + value;
-        value = value * t + cell.c[k][j];
+        value = value * t + here.c[k][j];
       }
-      out.w[k] = value;
-      out.dw[k] = slope * axis.inverse_h;
-      out.xi[k] = cell.node[k] - x;
+      out.set(k, value, axis.inverse_h * slope, here.node[k] - x);
     }
-    return out;
+  }
+
+ private:
+  /// f(k, N_k(t), N_k'(t)) of a cell away from the ends.
+  template <class Real, class F>
+  static void inside(const Real& t, F&& f) {
+    const Real s = 1.0 - t;
+    if constexpr (P == 1) {
+      f(0, s, Real(-1.0)), f(1, t, Real(1.0));
+    } else if constexpr (P == 2) {
+      f(0, 0.5 * s * s, -s), f(1, 0.5 + s * t, s - t), f(2, 0.5 * t * t, t);
+    } else {
+      static_assert(P == 3);
+      const Real ss = s * s, tt = t * t;
+      f(0, ss * s / 6.0, -0.5 * ss), f(1, 2.0 / 3.0 - tt * (1.0 - 0.5 * t), t * (1.5 * t - 2.0));
+      f(2, 2.0 / 3.0 - ss * (1.0 - 0.5 * s), -s * (1.5 * s - 2.0)), f(3, tt * t / 6.0, 0.5 * tt);
+    }
   }
 };
 
@@ -118,26 +146,23 @@ struct Gimp {
   };
 
   template <class Real>
-  static Weights<Real, support> evaluate(const Axis& axis, const Real& x) {
+  static void evaluate(const Axis& axis, const Real& x, Weights<Real, support>& out) {
     const double end = axis.cells * axis.h;
     const Real l = smaller(Real(axis.half_size), smaller(x, end - x));  // the domain stays centred on the point
     const Real a = x - l, b = x + l, width = b - a;
     // Three nodes from the cell that holds the domain's left end reach it all (2 l <= h).
     const Real first = smaller(trunc(a * axis.inverse_h), Real(std::max(axis.cells - 2, 0)));
     const auto wide = width > 1e-9 * axis.h;
-    Weights<Real, support> out;
+    out.inertia = 0.0;
     out.first = index_below(first);
     for (int k = 0; k < support; ++k) {
       const Real node = (first + k) * axis.h, r = x - node;
-      out.xi[k] = node - x;
       // mean and slope of the hat over [a, b]: differences of its integral and of itself
       const Real mean = (integral(axis, b - node) - integral(axis, a - node)) / width;
       const Real slope = (hat(axis, b - node) - hat(axis, a - node)) / width;
       const Real rise = select(k == 0 ? r <= 0.0 : r < 0.0, Real(axis.inverse_h), Real(-axis.inverse_h));
-      out.w[k] = select(wide, mean, hat(axis, r));
-      out.dw[k] = select(wide, slope, select(abs(r) < axis.h, rise, Real(0.0)));
+      out.set(k, select(wide, mean, hat(axis, r)), select(wide, slope, select(abs(r) < axis.h, rise, Real(0.0))), node - x);
     }
-    return out;
   }
 
  private:

@@ -13,6 +13,8 @@
 
 #include "mpm/body.hpp"
 #include "mpm/grid.hpp"
+#include "mpm/interpolation_plane.hpp"
+#include "mpm/interpolation_space.hpp"
 #include "mpm/kinematics.hpp"
 #include "mpm/ledger.hpp"
 #include "mpm/points.hpp"
@@ -98,6 +100,7 @@ class Solver final : public Simulation {
         displacement_(points_.size()), volumetric_rate_(points_.size()), mixing_(points_.size()), pressure_(points_.size()),
         scratch_(points_.size()), cell_(points_.size()), specific_volume_(1.0 / setup.solid_density) {
     for (const double e : points_.void_ratio) loosest_mixed_ = std::max(loosest_mixed_, 2.0 * e);
+    room_ = std::pow(std::max(1.0, 2.0 * setup.point_size / setup.numerics.h), dim);
     for (std::size_t p = 0; p < points_.size(); ++p)
       cell_volume_ = std::max(cell_volume_, volume(p) * std::pow(setup.numerics.h / setup.point_size, dim));
     body_->resize(points_.size());
@@ -109,9 +112,9 @@ class Solver final : public Simulation {
       book(chunk, 0.0, update, none);
     }
     bin_points();
+    first_limit_ = stable_step().dt / setup_.numerics.time_step_fraction;  // before there is a speed to bound it
     measure_held_energy();
     update_pressure_correction();
-    first_limit_ = stable_step().dt / setup_.numerics.time_step_fraction;
   }
 
   /// The algorithm. Each stage books the energy it moves.
@@ -169,60 +172,19 @@ class Solver final : public Simulation {
   friend struct SolverStages;  // times the stages one by one
   static constexpr int strip_width = 5;  // cells; supports reach at most 3 cells beyond, drift one more
   template <class Real>
-  using AxisWeights = std::array<Weights<Real, Shape::support>, dim>;
-  template <class Real>
   using VecOf = VectorOf<dim, Real>;
   template <class Real>
   using MatOf = std::array<VecOf<Real>, dim>;  // by columns
-  template <class Real>
-  using NodeNumbers = NodeOf<dim, Real>;
-  /// What a node gives to the points after the momentum balance: the head of its numbers.
-  template <class Real>
-  struct Motion {
-    VecOf<Real> v, dv;  // velocity and its increment [m/s]
-  };
-  /// What points collect of their nodes along the axes from `Axis` on: v and its increment, the first moments of both,
-  /// and the slope of v, along each of these axes.
-  template <int Axis, Affine Carried>
-  struct Collected {
-    static constexpr bool moments = Carried != Affine::none, moment_increments = Carried == Affine::gradient;
-    using Along = std::array<VecOf<Wide>, dim - Axis>;
-    VecOf<Wide> v = VecOf<Wide>::Zero(), dv = VecOf<Wide>::Zero();
-    Along moment = none(), moment_increment = none(), slope = none();
-    static Along none() {
-      Along out;
-      out.fill(VecOf<Wide>::Zero());
-      return out;
-    }
-    /// Adds node k of this axis: `inner` is what lies along the axes after it.
-    template <class Inner>
-    void add(const Weights<Wide, Shape::support>& n, int k, const Inner& inner) {
-      const Wide first_moment = n.w[k] * n.xi[k];
-      v += n.w[k] * inner.v;
-      dv += n.w[k] * inner.dv;
-      if constexpr (moments) moment[0] += first_moment * inner.v;
-      if constexpr (moment_increments) moment_increment[0] += first_moment * inner.dv;
-      slope[0] += n.dw[k] * inner.v;
-      if constexpr (Axis + 1 < dim)
-        for (int d = 0; d < dim - Axis - 1; ++d) {
-          if constexpr (moments) moment[d + 1] += n.w[k] * inner.moment[d];
-          if constexpr (moment_increments) moment_increment[d + 1] += n.w[k] * inner.moment_increment[d];
-          slope[d + 1] += n.w[k] * inner.slope[d];
-        }
-    }
-  };
-
-  static MatOf<Wide> zero() {
-    MatOf<Wide> out;
-    out.fill(VecOf<Wide>::Zero());
-    return out;
-  }
-
   enum class Forces { without, with };
   enum class Gathered { velocity, gradient, both };
 
   struct Strip {
     std::size_t begin, end;  // points
+  };
+  /// Two quantities of the points of a cell with their weights; divided by these, their means.
+  template <class Real>
+  struct CellSums {
+    Real weight = 0.0, value = 0.0, other_weight = 0.0, other_value = 0.0;
   };
   /// As many points as a Wide holds, from `first` on; lanes that are left over repeat the last.
   template <bool Full>
@@ -253,7 +215,7 @@ class Solver final : public Simulation {
   /// Sums a sweep makes, kept by strip so that their order never changes.
   struct Sums {
     double kinetic_before = 0.0, kinetic_after = 0.0, potential = 0.0, speed = 0.0;
-    double stored = 0.0, fluctuation = 0.0, plastic = 0.0, collisional = 0.0, detached = 0.0, mixing = 0.0;
+    double stored = 0.0, fluctuation = 0.0, plastic = 0.0, collisional = 0.0, detached = 0.0, mixing = 0.0, gained = 0.0, conducted = 0.0;
     std::ptrdiff_t escaped = -1;
   };
 
@@ -285,40 +247,40 @@ class Solver final : public Simulation {
   void gather(Gathered what, double dt);
   template <Affine Carried>
   Sums gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt);
-  void mix_void_ratios(double dt);
+  void share_volume_change(double dt);
   void move(double dt);
   void update_stress(double dt);
   void conduct(double dt);
   void update_pressure_correction();
-  void average(std::vector<double>& field);
-  template <class Weight>
-  void average_over_cells(std::vector<double>& field, const Weight& weight);
+  template <class Give, class Take>
+  void average_over_cells(const Give& give, const Take& take);
   void average_over_nodes(std::vector<double>& field);
   void measure_held_energy();
   void deform(const Strip& chunk, double dt, Update& update, Sums& sum);
   void book(const Strip& chunk, double dt, const Update& update, Sums& sum);
 
   Vec constrained(Vec v, const std::array<int, dim>& node, double time) const;
+  template <class B>
+  Wide volume(const B& block) const {
+    return block.load_once(points_.mass) * (1.0 + block.load(points_.void_ratio)) * specific_volume_;
+  }
   double volume(std::size_t p) const { return points_.mass[p] * (1.0 + points_.void_ratio[p]) * specific_volume_; }
   /// Void ratio at which a point fills its cell. A detached point sees no neighbours to keep det F from growing, and its
-  /// volume multiplies whatever stress it is left with; yet it cannot stand for more than the cell it lies in.
+  /// volume multiplies whatever stress it is left with; yet it cannot stand for more than the cell it lies in. Points so
+  /// few that they fill their cells from the start are still in contact until they have grown to twice their size.
   Wide loosest_void_ratio(const VecOf<Wide>& x, const Wide& mass) const {
     const double h = setup_.numerics.h;
     const Wide cell = Kinematics::axisymmetric ? Wide(2.0 * std::numbers::pi * h * h * x[0]) : Wide(cell_volume_);
-    return cell * setup_.solid_density / mass - 1.0;
+    return room_ * cell * setup_.solid_density / mass - 1.0;
   }
-  template <class Real>
-  AxisWeights<Real> weights(const VecOf<Real>& x) const {
-    AxisWeights<Real> out;
-    for (int d = 0; d < dim; ++d) out[d] = Shape::evaluate(grid_.axes[d], x[d]);
-    return out;
-  }
-  /// The first of the nodes that share each point.
-  std::array<Node<dim>*, Wide::size()> first_nodes(const AxisWeights<Wide>& n) {
-    std::array<Node<dim>*, Wide::size()> out;
-    out.fill(grid_.nodes.data());
-    for (int d = 0; d < dim; ++d)
-      for (std::size_t lane = 0; lane < Wide::size(); ++lane) out[lane] += n[d].first[lane] * grid_.stride[d];
+  Neighbours<dim, Shape::support> neighbours(const VecOf<Wide>& x) {
+    Neighbours<dim, Shape::support> out;
+    out.stride = grid_.stride;
+    out.first.fill(grid_.nodes.data());
+    for (int d = 0; d < dim; ++d) {
+      Shape::evaluate(grid_.axes[d], x[d], out.n[d]);
+      for (std::size_t lane = 0; lane < Wide::size(); ++lane) out.first[lane] += out.n[d].first[lane] * grid_.stride[d];
+    }
     return out;
   }
   static Vec3 padded(const Vec& a) {
@@ -335,11 +297,9 @@ class Solver final : public Simulation {
       case Affine::gradient: return f(std::integral_constant<Affine, Affine::gradient>{});
     }
   }
-  /// D_p of one axis: sum_k w_k (X_k - x_p)^2, kept away from zero [m2].
+  /// D_p of one axis, kept away from zero [m2].
   Wide inertia(const Weights<Wide, Shape::support>& n) const {
-    Wide sum = 0.0;
-    for (int k = 0; k < Shape::support; ++k) sum += n.w[k] * n.xi[k] * n.xi[k];
-    return larger(sum, Wide(1e-12 * setup_.numerics.h * setup_.numerics.h));
+    return larger(n.inertia, Wide(1e-12 * setup_.numerics.h * setup_.numerics.h));
   }
   /// f(strip) over all strips; those that run at the same time share no node and no cell.
   template <class F>
@@ -356,6 +316,10 @@ class Solver final : public Simulation {
     std::size_t p = strip.begin;
     for (; p + Wide::size() <= strip.end; p += Wide::size()) f(Block<true>{p, Wide::size()});
     if (p < strip.end) f(Block<false>{p, strip.end - p});
+  }
+  template <class F>
+  void for_each_block(F&& f) {
+    for_each_strip([&](std::size_t s) { for_each_block(strips_[s], f); });
   }
   template <class F>
   void for_each_point(F&& f) {
@@ -389,7 +353,8 @@ class Solver final : public Simulation {
   /// f(node, w_ip) or f(node, w_ip, grad w_ip) over the nodes that share point p.
   template <class F>
   void for_each_weight(std::size_t p, F&& f) {
-    const AxisWeights<double> n = weights<double>(points_.x[p]);
+    std::array<Weights<double, Shape::support>, dim> n;
+    for (int d = 0; d < dim; ++d) Shape::evaluate(grid_.axes[d], points_.x[p][d], n[d]);
     for (int i = 0; i < Shape::support; ++i) {
       Node<dim>* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
       for (int j = 0; j < Shape::support; ++j) {
@@ -440,13 +405,11 @@ class Solver final : public Simulation {
   std::vector<double> scratch_;
   double loosest_mixed_ = 0.0;                    // void ratio [-]
   std::vector<std::uint32_t> cell_;  // in which each point lies, of the active box
-  struct CellSum {
-    double weight, value;
-  };
-  std::vector<CellSum> cell_sums_;
+  std::vector<CellSums<double>> cell_sums_;
   std::vector<Strip> strips_;
   std::array<int, dim> active_begin_{}, active_end_{};
   double specific_volume_;    // of solid [m3/kg]
+  double room_ = 1.0;         // of a point, in cells
   double cell_volume_ = 0.0;  // of plane strain and 3-D, over the thickness simulated [m3]
   double first_limit_ = std::numeric_limits<double>::infinity();  // of the step, at the start [s]
   double drift_ = 0.0, max_speed_ = 0.0;  // since the points were binned [m]; of the last step [m/s]

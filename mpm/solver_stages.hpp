@@ -63,58 +63,23 @@ void Solver<K, S>::scatter(Forces forces) {
 template <class K, class S>
 template <Affine Carried>
 [[gnu::flatten]] void Solver<K, S>::scatter_strip(const Strip& strip, Forces forces) {
-  constexpr bool affine = Carried != Affine::none;
   for_each_block(strip, [&](const auto& block) {
     const auto x = load<VecOf>(points_.x.data(), block);
-    const AxisWeights<Wide> n = weights<Wide>(x);
-    const std::array<Node<dim>*, Wide::size()> first = first_nodes(n);
-    const Wide m = block.load_once(points_.mass);
-    const VecOf<Wide> own = m * load<VecOf>(points_.v.data(), block);
-    MatOf<Wide> slope;  // of the point's momentum along each axis
-    if constexpr (affine) {
-      slope = load_rows<MatOf>([&](std::size_t lane) { return points_.affine[block(lane)].data(); });
-      for (int d = 0; d < dim; ++d) slope[d] = (Carried == Affine::moment ? m / inertia(n[d]) : m) * slope[d];
-    }
-    MatOf<Wide> traction = zero();  // V sigma e_d
-    VecOf<Wide> hoop = VecOf<Wide>::Zero();
-    if (forces == Forces::with) {
-      const Wide v = m * (1.0 + block.load(points_.void_ratio)) * specific_volume_;
-      const auto stress = v * plus_isotropic(load<Tensor>(points_.sigma.data(), block), block.load(points_.pressure_correction));
+    const auto at = neighbours(x);
+    Given<dim> given(block.load_once(points_.mass));
+    given.momentum = given.mass * load<VecOf>(points_.v.data(), block);
+    if constexpr (Carried != Affine::none) {
+      const auto carried = load_rows<MatOf>([&](std::size_t lane) { return points_.affine[block(lane)].data(); });
       for (int d = 0; d < dim; ++d)
-        for (int i = 0; i < dim; ++i) traction[d][i] = component(stress, i, d);
-      if constexpr (K::axisymmetric) hoop[0] = stress[2] / x[0];
+        given.momentum_slope[d] = (Carried == Affine::moment ? given.mass / inertia(at.n[d]) : given.mass) * carried[d];
     }
-    // along the last axis, for a given weight, momentum and force of the axes before it
-    const auto row = [&](std::ptrdiff_t offset, const Wide& w, const VecOf<Wide>& momentum, const VecOf<Wide>& force) {
-      const auto& last = n[dim - 1];
-      for (int k = 0; k < S::support; ++k) {
-        const Wide weight = w * last.w[k];
-        NodeNumbers<Wide> given;
-        given.mass = weight * m;
-        given.motion = weight * momentum;
-        if constexpr (affine) given.motion += (weight * last.xi[k]) * slope[dim - 1];
-        given.change = last.w[k] * force + (w * last.dw[k]) * traction[dim - 1];
-        add_rows<NodeNumbers>(given, [&](std::size_t lane) {
-          return first[lane][offset + k].motion.data();
-        });
-      }
-    };
-    for (int i = 0; i < S::support; ++i) {
-      const std::ptrdiff_t plane = i * grid_.stride[0];
-      const Wide& w = n[0].w[i];
-      VecOf<Wide> momentum = own, force = n[0].dw[i] * traction[0];
-      if constexpr (affine) momentum += n[0].xi[i] * slope[0];
-      if constexpr (K::axisymmetric) force += w * hoop;
-      if constexpr (dim == 2) {
-        row(plane, w, momentum, force);
-      } else {
-        for (int j = 0; j < S::support; ++j) {
-          VecOf<Wide> momentum_j = momentum;
-          if constexpr (affine) momentum_j += n[1].xi[j] * slope[1];
-          row(plane + j * grid_.stride[1], w * n[1].w[j], momentum_j, n[1].w[j] * force + (w * n[1].dw[j]) * traction[1]);
-        }
-      }
+    if (forces == Forces::with) {
+      const auto stress = volume(block) * plus_isotropic(load<Tensor>(points_.sigma.data(), block), block.load(points_.pressure_correction));
+      for (int d = 0; d < dim; ++d)
+        for (int i = 0; i < dim; ++i) given.force_slope[d][i] = component(stress, i, d);
+      if constexpr (K::axisymmetric) given.force[0] = stress[2] / x[0];
     }
+    give(given, at);
   });
 }
 
@@ -244,8 +209,7 @@ void Solver<K, S>::gather(Gathered what, double dt) {
     drift_ += max_speed_ * dt;
   }
   if (what != Gathered::velocity) {
-    average(volumetric_rate_);
-    mix_void_ratios(dt);
+    share_volume_change(dt);
   }
 }
 
@@ -255,26 +219,8 @@ template <Affine Carried>
   Wide kinetic_before = 0.0, kinetic_after = 0.0, speed = 0.0;
   for_each_block(strip, [&](const auto& block) {
     const auto x = load<VecOf>(points_.x.data(), block);
-    const AxisWeights<Wide> n = weights<Wide>(x);
-    const std::array<Node<dim>*, Wide::size()> first = first_nodes(n);
-    const auto row = [&](std::ptrdiff_t offset) {  // along the last axis
-      Collected<dim - 1, Carried> out;
-#pragma GCC unroll 4
-      for (int k = 0; k < S::support; ++k)
-        out.add(n[dim - 1], k, load_rows<Motion>([&](std::size_t lane) { return first[lane][offset + k].motion.data(); }));
-      return out;
-    };
-    Collected<0, Carried> all;
-    for (int i = 0; i < S::support; ++i) {
-      const std::ptrdiff_t plane = i * grid_.stride[0];
-      if constexpr (dim == 2) {
-        all.add(n[0], i, row(plane));
-      } else {
-        Collected<1, Carried> middle;
-        for (int j = 0; j < S::support; ++j) middle.add(n[1], j, row(plane + j * grid_.stride[1]));
-        all.add(n[0], i, middle);
-      }
-    }
+    const auto at = neighbours(x);
+    const auto all = collect<Carried != Affine::none>(at);
     if (what != Gathered::gradient) {
       const auto old = load<VecOf>(points_.v.data(), block);
       const VecOf<Wide> v = transferred(setup_.numerics.transfer, old, all.v, all.dv, filter.velocity);
@@ -288,7 +234,7 @@ template <Affine Carried>
         Eigen::Matrix<Wide, dim, dim> own, increment, grid_gradient;
         MatOf<Wide> gradient = load_rows<MatOf>(affine);
         for (int d = 0; d < dim; ++d) {
-          const Wide inverse = 1.0 / inertia(n[d]);
+          const Wide inverse = 1.0 / inertia(at.n[d]);
           for (int i = 0; i < dim; ++i) {
             own(i, d) = gradient[d][i];
             increment(i, d) = inverse * all.moment_increment[d][i];
@@ -320,23 +266,30 @@ template <Affine Carried>
   return sum;
 }
 
-/// Void ratios of the points of a cell relax to their mean, mass-weighted, so that the volume of the cell stays; the law sees
-/// the strain. Points of one cell share its rate of volume change and keep for ever what their void ratios differ by; on
-/// a critical-state locus 1e-5 of it is 1 kPa, and one point in four carries the load of all. Points more than twice
-/// as loose as any was at the start are not in contact with the others and take no part.
+/// Points of a cell share its rate of volume change, and their void ratios relax to its mean, mass-weighted, so that the
+/// volume of the cell stays; the law sees the strain. Without this they would keep for ever what their void ratios
+/// differ by; on a critical-state locus 1e-5 of it is 1 kPa, and one point in four carries the load of all. Points
+/// more than twice as loose as any was at the start are not in contact with the others and do not mix.
 template <class K, class S>
-void Solver<K, S>::mix_void_ratios(double dt) {
-  const double tau = setup_.numerics.void_ratio_relaxation_time;
-  if (tau <= 0.0) return;
-  const double filter = -std::expm1(-dt / tau);
-  const auto mixes = [&](std::size_t p) { return points_.void_ratio[p] < loosest_mixed_; };
-  scratch_ = points_.void_ratio;
-  average_over_cells(scratch_, [&](std::size_t p) { return mixes(p) ? points_.mass[p] : 0.0; });
-  for_each_point([&](std::size_t p) {
-    const double e = points_.void_ratio[p];
-    mixing_[p] = mixes(p) ? filter * (e - scratch_[p]) / ((1.0 + e) * dt) : 0.0;
-    volumetric_rate_[p] += mixing_[p];
-  });
+void Solver<K, S>::share_volume_change(double dt) {
+  const auto averaging = setup_.numerics.averaging;
+  if (averaging == VolumetricAveraging::nodal) average_over_nodes(volumetric_rate_);
+  const double tau = setup_.numerics.void_ratio_relaxation_time, filter = tau > 0.0 ? -std::expm1(-dt / tau) : 0.0;
+  if (averaging != VolumetricAveraging::cell && filter == 0.0) return;
+  average_over_cells(
+      [&](const auto& block) {
+        const Wide v = volume(block), e = block.load(points_.void_ratio);
+        const Wide mixed = select(e < loosest_mixed_, block.load_once(points_.mass), Wide(0.0));
+        return CellSums<Wide>{v, v * block.load(volumetric_rate_), mixed, mixed * e};
+      },
+      [&](const auto& block, const CellSums<Wide>& mean) {
+        const Wide e = block.load(points_.void_ratio);
+        const Wide mixing =
+            select(e < loosest_mixed_, (filter / dt) * (e - mean.other_value) / (1.0 + e), Wide(0.0));
+        block.store(mixing, mixing_);
+        block.store((averaging == VolumetricAveraging::cell ? mean.value : block.load(volumetric_rate_)) + mixing,
+                    volumetric_rate_);
+      });
 }
 
 /// Moves the points; a point that would leave the grid ends the run, named.
@@ -344,15 +297,26 @@ template <class K, class S>
 void Solver<K, S>::move(double dt) {
   std::vector<Sums> sums(strips_.size());
   for_each_strip([&](std::size_t s) {
-    Sums& sum = sums[s];
-    for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
-      points_.x[p] += displacement_[p];
-      sum.potential -= points_.mass[p] * setup_.gravity.dot(points_.x[p]);
-      for (int d = 0; d < dim; ++d)
-        if (!(points_.x[p][d] >= 0.0 && points_.x[p][d] < grid_.axes[d].cells * grid_.axes[d].h))
-          sum.escaped = static_cast<std::ptrdiff_t>(p);
-      if (sum.escaped < 0) cell_[p] = static_cast<std::uint32_t>(active_cell_of(points_.x[p]));
-    }
+    Wide potential = 0.0;
+    for_each_block(strips_[s], [&](const auto& block) {
+      const auto x = load<VecOf>(points_.x.data(), block) + load<VecOf>(displacement_.data(), block);
+      store<VecOf>(x, points_.x.data(), block);
+      Wide height = 0.0, cell = 0.0;
+      Mask<Wide> inside(true);
+      for (int d = 0; d < dim; ++d) {
+        const auto& axis = grid_.axes[d];
+        height -= setup_.gravity[d] * x[d];
+        inside = inside && x[d] >= 0.0 && x[d] < axis.cells * axis.h;
+        cell = cell * static_cast<double>(active_end_[d] - active_begin_[d]) + trunc(x[d] * axis.inverse_h) - static_cast<double>(active_begin_[d]);
+      }
+      potential += block.load_once(points_.mass) * height;
+      const auto index = index_below(select(inside, cell, Wide(0.0)));
+      for (std::size_t lane = 0; lane < block.count; ++lane) {
+        cell_[block(lane)] = static_cast<std::uint32_t>(index[lane]);
+        if (!inside[lane]) sums[s].escaped = static_cast<std::ptrdiff_t>(block(lane));
+      }
+    });
+    sums[s].potential = reduce(potential);
   });
   double potential = 0.0;
   for (const Sums& s : sums) {
@@ -457,23 +421,31 @@ void Solver<K, S>::deform(const Strip& chunk, double dt, Update& update, Sums& s
 template <class K, class S>
 void Solver<K, S>::book(const Strip& chunk, double dt, const Update& update, Sums& sum) {
   for (const std::size_t p : update.detached) points_.sigma[p].setZero();
-  for (std::size_t p = chunk.begin; p < chunk.end; ++p) {
-    const double m = points_.mass[p];
-    const Energies& now = update.energies[p - chunk.begin];
-    points_.stored[p] = now.stored;
-    points_.fluctuation[p] = now.fluctuation;
-    points_.plastic[p] += now.plastic;
-    points_.collisional[p] += now.collisional;
-    points_.modulus[p] = update.stability[p - chunk.begin].modulus;
-    points_.viscosity[p] = update.stability[p - chunk.begin].viscosity;
-    const double pressure = trace(points_.sigma[p]) / 3.0;
-    sum.mixing += dt * volume(p) * 0.5 * (pressure_[p] + pressure) * mixing_[p];
-    pressure_[p] = pressure;
-    sum.stored += m * now.stored;
-    sum.fluctuation += m * now.fluctuation;
-    sum.plastic += m * now.plastic;
-    sum.collisional += m * now.collisional;
-  }
+  EnergiesOf<Wide> total;
+  Wide mixed = 0.0;
+  for_each_block(chunk, [&](const auto& block) {
+    const auto in_chunk = [&](std::size_t lane) { return block(lane) - chunk.begin; };
+    const auto now = load<EnergiesOf>(update.energies.data(), in_chunk);
+    const auto stability = load<StabilityOf>(update.stability.data(), in_chunk);
+    block.store(now.stored, points_.stored);
+    block.store(now.fluctuation, points_.fluctuation);
+    block.store(block.load(points_.plastic) + now.plastic, points_.plastic);
+    block.store(block.load(points_.collisional) + now.collisional, points_.collisional);
+    block.store(stability.modulus, points_.modulus);
+    block.store(stability.viscosity, points_.viscosity);
+    const Wide m = block.load_once(points_.mass), pressure = trace(load<Tensor>(points_.sigma.data(), block)) * (1.0 / 3.0);
+    mixed += 0.5 * dt * volume(block) * (block.load(pressure_) + pressure) * block.load(mixing_);
+    block.store(pressure, pressure_);
+    total.stored += m * now.stored;
+    total.fluctuation += m * now.fluctuation;
+    total.plastic += m * now.plastic;
+    total.collisional += m * now.collisional;
+  });
+  sum.stored += reduce(total.stored);
+  sum.fluctuation += reduce(total.fluctuation);
+  sum.plastic += reduce(total.plastic);
+  sum.collisional += reduce(total.collisional);
+  sum.mixing += reduce(mixed);
 }
 
 /// Granular temperature flows, q = -kappa grad T, between the points and through no wall:
@@ -483,11 +455,14 @@ void Solver<K, S>::book(const Strip& chunk, double dt, const Update& update, Sum
 template <class K, class S>
 void Solver<K, S>::conduct(double dt) {
   const double h = setup_.numerics.h;
-  double fastest = 0.0;  // kappa/rho [m2/s]
-  for (std::size_t p = 0; p < points_.size(); ++p) {
-    scratch_[p] = body_->conductivity(p, points_.void_ratio[p]) * volume(p);
-    fastest = std::max(fastest, scratch_[p] / points_.mass[p]);
-  }
+  std::vector<double> rates(strips_.size());  // kappa/rho [m2/s]
+  for_each_strip([&](std::size_t s) {
+    for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
+      scratch_[p] = body_->conductivity(p, points_.void_ratio[p]) * volume(p);
+      rates[s] = std::max(rates[s], scratch_[p] / points_.mass[p]);
+    }
+  });
+  const double fastest = *std::max_element(rates.begin(), rates.end());
   const auto rounds = static_cast<long>(std::ceil(dt * fastest * 4.0 * dim / (0.5 * 1.5 * h * h)));
   for (long round = 0; round < rounds; ++round) {
     clear_grid();
@@ -504,17 +479,21 @@ void Solver<K, S>::conduct(double dt) {
       flux *= scratch_[p] * dt / static_cast<double>(rounds);
       for_each_weight(p, [&](Node<dim>& node, double, const Vec& slope) { node.change[0] += slope.dot(flux); });
     });
+    std::vector<Sums> sums(strips_.size());
+    for_each_strip([&](std::size_t s) {
+      for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
+        double energy = 0.0;
+        for_each_weight(p, [&](const Node<dim>& node, double w) { energy += w * node.change[0] / node.mass; });
+        points_.granular_temperature[p] = body_->heat(p, energy);
+        const double held = 1.5 * points_.granular_temperature[p], change = held - points_.fluctuation[p];
+        points_.fluctuation[p] = held;
+        points_.conducted[p] += change;
+        sums[s].gained += points_.mass[p] * change;
+        sums[s].conducted += points_.mass[p] * std::max(change, 0.0);
+      }
+    });
     double conducted = 0.0, gained = 0.0;
-    for (std::size_t p = 0; p < points_.size(); ++p) {
-      double energy = 0.0;
-      for_each_weight(p, [&](const Node<dim>& node, double w) { energy += w * node.change[0] / node.mass; });
-      points_.granular_temperature[p] = body_->heat(p, energy);
-      const double held = 1.5 * points_.granular_temperature[p], change = held - points_.fluctuation[p];
-      points_.fluctuation[p] = held;
-      points_.conducted[p] += change;
-      gained += points_.mass[p] * change;
-      conducted += points_.mass[p] * std::max(change, 0.0);
-    }
+    for (const Sums& s : sums) gained += s.gained, conducted += s.conducted;
     ledger_.fluctuation += gained;
     ledger_.conduction -= gained;
     ledger_.conducted += conducted;
@@ -525,34 +504,37 @@ void Solver<K, S>::conduct(double dt) {
 /// is the same: sum V p avg(tr D) = sum V avg(p) tr D.
 template <class K, class S>
 void Solver<K, S>::update_pressure_correction() {
-  if (setup_.numerics.averaging == VolumetricAveraging::none) return;
-  scratch_ = pressure_;
-  average(scratch_);
-  for_each_point([&](std::size_t p) { points_.pressure_correction[p] = scratch_[p] - pressure_[p]; });
-}
-
-/// As the run averages what belongs to volume.
-template <class K, class S>
-void Solver<K, S>::average(std::vector<double>& field) {
+  const auto correct = [&](const auto& block, const Wide& mean) {
+    block.store(mean - block.load(pressure_), points_.pressure_correction);
+  };
   switch (setup_.numerics.averaging) {
     case VolumetricAveraging::none: return;
-    case VolumetricAveraging::cell: return average_over_cells(field, [&](std::size_t p) { return volume(p); });
-    case VolumetricAveraging::nodal: return average_over_nodes(field);
+    case VolumetricAveraging::cell:
+      return average_over_cells(
+          [&](const auto& block) {
+            const Wide v = volume(block);
+            return CellSums<Wide>{v, v * block.load(pressure_)};
+          },
+          [&](const auto& block, const CellSums<Wide>& mean) { correct(block, mean.value); });
+    case VolumetricAveraging::nodal:
+      scratch_ = pressure_;
+      average_over_nodes(scratch_);
+      return for_each_block([&](const auto& block) { correct(block, block.load(scratch_)); });
   }
 }
 
-/// Weighted mean over the points of each cell; what points without weight get is of no meaning.
+/// Each point gives, give(block) -> CellSums<Wide>, and takes the means, take(block, means); what comes of no weight is of no
+/// meaning.
 template <class K, class S>
-template <class Weight>
-void Solver<K, S>::average_over_cells(std::vector<double>& field, const Weight& weight) {
-  std::fill(cell_sums_.begin(), cell_sums_.end(), CellSum{});
-  for_each_point([&](std::size_t p) {
-    const double w = weight(p);
-    cell_sums_[cell_[p]].weight += w;
-    cell_sums_[cell_[p]].value += w * field[p];
-  });
-  for (CellSum& sum : cell_sums_) sum.value /= sum.weight;
-  for_each_point([&](std::size_t p) { field[p] = cell_sums_[cell_[p]].value; });
+template <class Give, class Take>
+void Solver<K, S>::average_over_cells(const Give& give, const Take& take) {
+  std::fill(cell_sums_.begin(), cell_sums_.end(), CellSums<double>{});
+  const auto row_of = [&](const auto& block) {
+    return [&](std::size_t lane) { return &cell_sums_[cell_[block(lane)]].weight; };
+  };
+  for_each_block([&](const auto& block) { add_rows<CellSums>(give(block), row_of(block)); });
+  for (auto& sum : cell_sums_) sum.value /= sum.weight, sum.other_value /= sum.other_weight;
+  for_each_block([&](const auto& block) { take(block, load_rows<CellSums>(row_of(block))); });
 }
 
 /// Points to nodes and back, volume-weighted: avg_p = sum_i w_ip (sum_q w_iq V_q a_q)/(sum_q w_iq V_q).

@@ -15,6 +15,8 @@
 namespace grainpair {
 
 using Wide = std::experimental::native_simd<double>;
+/// Four numbers of one point or node.
+using Quad = std::experimental::simd<double, std::experimental::simd_abi::deduce_t<double, 4>>;
 
 /// What comparing two Reals gives: bool, or one bool per lane.
 template <class Real>

@@ -4,22 +4,21 @@
 #pragma once
 
 #include "mpm/materials/kinematics.hpp"
-#include "mpm/materials/linear_elasticity.hpp"
-#include "mpm/materials/solid_volume.hpp"
+#include "mpm/materials/linear_in_strain.hpp"
 
 namespace grainpair {
 
 /// Cone: cone.lost(volumetric, dev, e, dt) is the share of the elastic deviator dev that flow takes away in a step, 0
 /// inside the cone, for volumetric > 0.
 template <class Cone>
-class IsochoricPlasticity : public Athermal {
+class IsochoricPlasticity : public LinearInStrain {
  public:
   template <class Real>
   struct State {
     Tensor<Real> strain = Tensor<Real>::Zero();  // elastic strain; trace < 0 is the opening since separation
   };
 
-  explicit IsochoricPlasticity(const Case& c) : elasticity_(c), volume_(c), cone_(c) {}
+  explicit IsochoricPlasticity(const Case& c) : LinearInStrain(c), cone_(c) {}
 
   Response<double, State> initial(const InitialState& start) const {
     const double e = start.void_ratio;
@@ -42,11 +41,6 @@ class IsochoricPlasticity : public Athermal {
     return r;
   }
 
-  template <class Real>
-  StabilityOf<Real> stability(const State<Real>&, const Real& e) const {
-    return {elasticity_.p_wave_modulus() * volume_.cauchy(e), 0.0};
-  }
-
  private:
   template <class Real>
   Response<Real, State> returned(const Tensor<Real>& trial, const Real& e, const Real& dt) const {
@@ -62,8 +56,6 @@ class IsochoricPlasticity : public Athermal {
     return r;
   }
 
-  LinearElasticity elasticity_;
-  SolidVolume volume_;
   Cone cone_;
 };
 

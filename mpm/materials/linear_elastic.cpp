@@ -1,20 +1,19 @@
 // Isotropic linear elasticity: the bottom rung. Tension is allowed and nothing is dissipated.
 #include "mpm/body.hpp"
 #include "mpm/materials/kinematics.hpp"
-#include "mpm/materials/linear_elasticity.hpp"
-#include "mpm/materials/solid_volume.hpp"
+#include "mpm/materials/linear_in_strain.hpp"
 
 namespace grainpair {
 namespace {
 
-class LinearElastic : public Athermal {
+class LinearElastic : public LinearInStrain {
  public:
   template <class Real>
   struct State {
     Tensor<Real> strain = Tensor<Real>::Zero();  // elastic strain, zero at zero stress
   };
 
-  explicit LinearElastic(const Case& c) : elasticity_(c), volume_(c) {}
+  using LinearInStrain::LinearInStrain;
 
   Response<double, State> initial(const InitialState& start) const {
     return respond<double>(elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio)), start.void_ratio);
@@ -28,11 +27,6 @@ class LinearElastic : public Athermal {
     return r;
   }
 
-  template <class Real>
-  StabilityOf<Real> stability(const State<Real>&, const Real& e) const {
-    return {elasticity_.p_wave_modulus() * volume_.cauchy(e), 0.0};
-  }
-
  private:
   template <class Real>
   Response<Real, State> respond(const Tensor<Real>& strain, const Real& e) const {
@@ -43,9 +37,6 @@ class LinearElastic : public Athermal {
     r.regime = 1.0;
     return r;
   }
-
-  LinearElasticity elasticity_;
-  SolidVolume volume_;
 };
 
 GRAINPAIR_REGISTER_MATERIAL(LinearElastic, "linear_elastic")

@@ -82,12 +82,9 @@ struct Block {
           if (affine_of(numerics.transfer) == Affine::moment) {  // B = C D with D = sum_i w_i (X_i - x)^2 of each axis
             for (int d = 0; d < dim; ++d) {
               // interior weights: the box shifted away from its ends
-              const auto w = Shape::evaluate(axis, points.x[p][d] + 5 * h);
-              double inertia = 0.0;
-              for (int s = 0; s < Shape::support; ++s) inertia += w.w[static_cast<std::size_t>(s)] *
-                                                                  w.xi[static_cast<std::size_t>(s)] *
-                                                                  w.xi[static_cast<std::size_t>(s)];
-              points.affine[p].col(d) *= inertia;
+              Weights<double, Shape::support> w;
+              Shape::evaluate(axis, points.x[p][d] + 5 * h, w);
+              points.affine[p].col(d) *= w.inertia;
             }
           }
           points.mass[p] = density * std::pow(pitch, dim);

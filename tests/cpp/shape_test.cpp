@@ -9,6 +9,13 @@ namespace grainpair {
 namespace {
 
 template <class Shape>
+Weights<double, Shape::support> weights(const typename Shape::Axis& axis, double x) {
+  Weights<double, Shape::support> out;
+  Shape::evaluate(axis, x, out);
+  return out;
+}
+
+template <class Shape>
 class ShapeFunctions : public testing::Test {
  protected:
   static constexpr double h = 0.25;
@@ -20,7 +27,7 @@ class ShapeFunctions : public testing::Test {
       const typename Shape::Axis axis(cells, h, 0.5 * h);
       for (int i = 1; i < 997; ++i) {
         const double x = cells * h * i / 997.0;
-        f(axis, x, Shape::evaluate(axis, x));
+        f(axis, x, weights<Shape>(axis, x));
       }
     }
   }
@@ -44,9 +51,14 @@ TYPED_TEST(ShapeFunctions, PartitionOfUnity) {
 }
 
 TYPED_TEST(ShapeFunctions, LinearCompleteness) {
-  this->everywhere([this](const auto&, double, const auto& n) {
-    double moment = 0.0, slope = 0.0;
-    for (std::size_t k = 0; k < n.w.size(); ++k) moment += n.w[k] * n.xi[k], slope += n.dw[k] * n.xi[k];
+  this->everywhere([this](const auto& axis, double x, const auto& n) {
+    double moment = 0.0, slope = 0.0, inertia = 0.0;
+    for (std::size_t k = 0; k < n.w.size(); ++k) {
+      const double xi = axis.node_position[static_cast<std::size_t>(n.first) + k] - x;
+      moment += n.w[k] * xi, slope += n.dw[k] * xi, inertia += n.w[k] * xi * xi;
+      EXPECT_NEAR(n.moment[k], n.w[k] * xi, tolerance<TypeParam> * this->h);
+    }
+    EXPECT_NEAR(n.inertia, inertia, tolerance<TypeParam> * this->h * this->h);
     EXPECT_NEAR(moment, 0.0, tolerance<TypeParam> * this->h);
     EXPECT_NEAR(slope, 1.0, 10 * tolerance<TypeParam>);
   });
@@ -64,7 +76,7 @@ TYPED_TEST(ShapeFunctions, SlopeIsDerivativeOfValue) {
   } else {
     this->everywhere([this](const auto& axis, double x, const auto& n) {
       const double d = 1e-6 * this->h;
-      const auto lower = TypeParam::evaluate(axis, x - d), upper = TypeParam::evaluate(axis, x + d);
+      const auto lower = weights<TypeParam>(axis, x - d), upper = weights<TypeParam>(axis, x + d);
       if (lower.first != upper.first) return;  // straddles a knot
       for (std::size_t k = 0; k < n.w.size(); ++k)
         EXPECT_NEAR((upper.w[k] - lower.w[k]) / (2 * d), n.dw[k], 1e-8 / this->h);
@@ -74,7 +86,7 @@ TYPED_TEST(ShapeFunctions, SlopeIsDerivativeOfValue) {
 
 TYPED_TEST(ShapeFunctions, OnlyTheWallNodeCountsAtAWall) {
   const typename TypeParam::Axis axis(4, this->h, 0.5 * this->h);
-  const auto n = TypeParam::evaluate(axis, 1e-12 * this->h);
+  const auto n = weights<TypeParam>(axis, 1e-12 * this->h);
   EXPECT_EQ(n.first, 0);
   EXPECT_NEAR(n.w[0], 1.0, 1e-11);
 }
@@ -83,7 +95,7 @@ TEST(QuadraticBSpline, FirstCellIsTheOpenKnotBasis) {
   // (1-t)^2, 2t - 3t^2/2, t^2/2 with nodes at 0, h/2, 3h/2
   const BSpline<2>::Axis axis(5, 2.0, 1.0);
   const double t = 0.3;
-  const auto n = BSpline<2>::evaluate(axis, 2.0 * t);
+  const auto n = weights<BSpline<2>>(axis, 2.0 * t);
   EXPECT_DOUBLE_EQ(n.w[0], (1 - t) * (1 - t));
   EXPECT_DOUBLE_EQ(n.w[1], 2 * t - 1.5 * t * t);
   EXPECT_DOUBLE_EQ(n.w[2], 0.5 * t * t);
