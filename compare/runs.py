@@ -12,14 +12,15 @@ from compare.case import Case, parse
 from compare.errors import CaseError
 
 GLUED = 3  # record `kind` of a grain that belongs to the wall
-POINT_STATE = ("regime", "deviatoric_strain", "plastic_dissipation", "collisional_dissipation")
+POINT_STATE = ("regime", "void_ratio", "deviatoric_strain", "plastic_dissipation", "collisional_dissipation")
 
 
 @dataclass(frozen=True)
 class Cloud:
     """What moves, at one instant: x, v of shape (N, 3) [m, m/s], mass (N,) [kg], solid_volume (N,) [m3].
 
-    `state` is what material points know themselves: records of POINT_STATE by name, each (N,). A point keeps its row.
+    `state` is what material points know themselves, each (N,): records of POINT_STATE by name, and "pressure" [Pa], a third of the
+    trace of the stress. A point keeps its row.
     """
 
     x: np.ndarray
@@ -46,6 +47,8 @@ class StoredClouds(Sequence):
                 moving = cloud["kind"][:] != GLUED if "kind" in cloud else slice(None)
                 vector = {r: np.stack([cloud[r][k][:] for k in "xyz"], axis=-1)[moving] for r in ("position", "velocity")}
                 state = {name: cloud[name][:] for name in POINT_STATE if name in cloud}
+                if "stress" in cloud:
+                    state["pressure"] = sum(cloud["stress"][name][:] for name in ("xx", "yy", "zz")) / 3.0
                 self.kept = (step, Cloud(vector["position"], vector["velocity"], cloud["mass"][:][moving],
                                          cloud["solid_volume"][:][moving], state))
         return self.kept[1]

@@ -15,14 +15,10 @@ import pandas as pd
 from compare import case
 from compare.commands.run import find_case
 from compare.engines import Stage, run_stages
-from compare.metrics.kinetic_energy_peak import kinetic_energy_peak
-from compare.metrics.kinetic_energy_peak_time import kinetic_energy_peak_time
 from compare.programs import program
-from compare.reductions import mass_quantile
-from compare.runs import Run, open_run
+from compare.runs import open_run
 from compare.study import provenance
-
-JITTER = 1e-10  # point spacings
+from compare.study.figures import JITTER, figures
 
 
 def arguments(parser):
@@ -55,17 +51,6 @@ def run(options) -> int:
         keep(table, options.table)
         print(options.table)
     return 0
-
-
-def figures(run: Run) -> dict:
-    """run-outs [L0] by 99.5 and 99 % of the mass, height [H] by 99.5 %, peak [sqrt(H/g)] and accounts at the end over the energy released."""
-    run.reference_energy = run.released()
-    end = run.clouds[-1]
-    front, near_front, height = (mass_quantile(end.x[:, axis], end.mass, share) for axis, share in ((0, 0.995), (0, 0.99), (1, 0.995)))
-    accounts = {name: run.normalised(name)[-1] for name in ("dissipated_plastic", "dissipated_collisional", "loss_transfer", "loss_time_integration")}
-    return {"run_out": front / run.length - 1.0, "run_out_99": near_front / run.length - 1.0, "height": height / run.height,
-            "peak_time": kinetic_energy_peak_time(run), "peak": kinetic_energy_peak(run)} | accounts | {
-                "until": run.tau()[-1], "points": len(end.mass), "steps": int(run.attributes["steps"]), "cpu_seconds": run.attributes["cpu_seconds"], "solver": run.attributes["commit"]}
 
 
 def keep(table: pd.DataFrame, path: Path):

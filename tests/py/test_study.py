@@ -15,7 +15,8 @@ from compare.errors import CaseError
 from compare.metrics import all_metrics
 from compare.programs import ROOT
 from compare.reductions import example_run
-from compare.study import atlas, boundary, failure, frontier, ladder, recipe, signature, sweep
+from compare.runs import Cloud, Run
+from compare.study import atlas, boundary, convergence, failure, figures, frontier, ladder, recipe, signature, sweep
 
 CI = ROOT / "cases" / "column_ci"
 
@@ -174,3 +175,50 @@ def test_the_ladder_of_the_smallest_column_stops_on_a_cheap_rung(tmp_path):
     assert result.returncode == 0, result.stderr
     rungs = pd.read_csv(tmp_path / "ladder.csv", comment="#")
     assert rungs["enough"].sum() == 1 and rungs["enough"].idxmax() < 4 and "times cheaper" in result.stdout
+
+
+def test_a_change_is_judged_against_the_scatter_of_its_group():
+    study = {"timeout": 1.0, "at_most": {"loss": 0.1}, "group": [{"name": "g", "runs": 3, "change": [
+        {"name": "same", "limits": {"run_out": 0.05}}, {"name": "longer", "limits": {"run_out": 0.05}}, {"name": "rougher", "limits": {"run_out": 0.05}}]}]}
+    settings = convergence.plan(study)
+    assert [len(setting["recipes"]) for setting in settings] == [3] * 4
+    assert {one.seed for one in settings[0]["recipes"]} == {1, 2, 3} and settings[0]["recipes"][0]["mpm.jitter"] == "1e-10"
+    run_outs = [[2.00, 2.01, 1.99], [2.01, 2.00, 2.02], [2.30, 2.29, 2.31], [1.7, 2.0, 2.3]]
+    found = [[{"run_out": value, "loss": 0.2 if setting["name"] == "longer" else 0.05, "solver": "abc"} for value in values]
+             for setting, values in zip(settings, run_outs)]
+    table = convergence.table(settings, found).set_index(["setting", "figure"])
+    assert list(table["verdict"].xs("run_out", level="figure")[1:]) == ["agree", "differ", "unresolved"]
+    assert table["change"]["longer", "run_out"] == pytest.approx(0.15)
+    assert table["verdict"]["longer", "loss"] == convergence.MORE and table["verdict"]["same", "loss"] == convergence.LESS
+
+
+def test_roughness_is_that_of_an_alternating_pressure_of_which_nodes_feel_little():
+    # Along one axis, points at a quarter and three quarters of a cell give a node 11/16 of its own cell and 5/32 of each
+    # neighbour, and take as much back: (11/16 - 10/32)^2 = 9/64 of what alternates is left; along two, its square, 2 %. At walls
+    # a node has one neighbour, and more is left.
+    cells, nodes = figures.pressure_roughness(checkerboard(n=20, amplitude=0.1))
+    assert cells == pytest.approx(0.1, rel=0.03)  # less what a cubic follows on 400 cells
+    assert (9 / 64) ** 2 < nodes / cells < 0.06
+
+
+def checkerboard(n, amplitude):
+    """n x n cells of four points, pressure 1 +- amplitude alternating from cell to cell."""
+    scene = case.load(CI)
+    h = scene["mpm.cell_size"]
+    index = np.arange(2 * n)
+    i, j = (a.ravel() for a in np.meshgrid(index, index))
+    x = np.stack([(i + 0.5) * h / 2, (j + 0.5) * h / 2, 0 * i], axis=1)
+    pressure = 1.0 + amplitude * (-1.0) ** (i // 2 + j // 2)
+    solid = np.ones(len(x))
+    cloud = Cloud(x, 0 * x, solid, solid, {"pressure": pressure, "void_ratio": 0.7 * solid})
+    return Run("mpm", "mpm", scene, np.array([0.0]), [cloud], {}, {})
+
+
+def test_halving_the_step_changes_nothing_and_pic_everything(tmp_path):
+    done = launch("convergence", CI, "--jobs", 2, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    table = pd.read_csv(tmp_path / "convergence.csv", comment="#").set_index(["setting", "figure"])
+    assert table["verdict"]["steps half as long", "run_out_99"] != verdict.DIFFER
+    assert table["verdict"]["PIC", "run_out_99"] == verdict.DIFFER
+    assert table["verdict"]["as it is", "loss"] == convergence.LESS and table["verdict"]["PIC", "loss"] == convergence.MORE
+    assert (tmp_path / "convergence.png").stat().st_size > 10_000
