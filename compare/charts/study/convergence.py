@@ -42,5 +42,5 @@ def draw(table, path: Path) -> str:
             ax.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g} %")
         for ax, words in ((left, EXTENT), (right, LOSSES)):
             handles = [plt.Line2D([], [], marker="o" if ax is left else "s", ls="", color=colour, label=word) for word, colour in words.values()]
-            ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 1.0 + 0.9 / len(names)), ncols=4, frameon=False)
+            ax.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3 if ax is left else 2, frameon=False, fontsize=9)
         return save(figure, path, {})
