@@ -120,10 +120,11 @@ class Result:
 
 
 def commit() -> str:
-    """Commit of the sources, `unknown` outside a clone."""
-    root = Path(__file__).resolve().parents[1]
-    try:
-        return subprocess.run(["git", "-C", root, "describe", "--always", "--dirty", "--abbrev=12"], capture_output=True,
-                              text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
+    """Commit of the sources, `unknown` outside a clone; "-dirty" when one is changed, which results kept in cases/*/reference are not."""
+    def git(*words):
+        return subprocess.run(["git", "-C", Path(__file__).resolve().parents[1], *words], capture_output=True, text=True, check=False)
+    head = git("describe", "--always", "--abbrev=12")
+    if head.returncode:
         return "unknown"
+    changed = git("diff", "--quiet", "HEAD", "--", ":/", ":(exclude)cases/*/reference/*").returncode
+    return head.stdout.strip() + ("-dirty" if changed else "")

@@ -11,7 +11,7 @@ from compare.calibration import NAMES, Fit
 from compare.commands.element import write
 from compare.element_model import Card
 from compare.programs import ROOT
-from dem_reference.element import records
+from dem_reference.output import commit
 
 SYMBOLS = {"critical_void_ratio": "e_c", "critical_state_slope": "a_L", "stress_ratio": "M_c", "bulk_stiffness": "k",
            "shear_stiffness": "g", "stiffness_exponent": "n", "dilatancy": "δ", "effective_restitution": "ε_eff",
@@ -44,7 +44,7 @@ def card_text(fit: Fit, blocks: list, grains, options) -> str:
              f"e_n = {grains.restitution:g}, mu = {grains.friction:g},",
              "# in the element tests shear, cooling, triaxial and isotropic alone; no column was used.",
              f"# Command: grainpair calibrate --start {options.start} --card {options.card} --bootstrap {options.bootstrap}",
-             f"# Commit: {records.commit()}. Start: {options.start}, whose other constants are kept.",
+             f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",
              f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of {calibration.MODEL_ERROR:.0%} "
              "beside the DEM's:", "# 1 per observation would be a perfect law, so most of the rest is what the law cannot follow."]
     for block in blocks:

@@ -10,6 +10,7 @@ from pathlib import Path
 from compare.errors import EngineError
 from dem_reference.element import records
 from dem_reference.element.case import ROOT, Case
+from dem_reference.output import commit
 
 
 def test_module(case: Case):
@@ -57,7 +58,7 @@ def run_point(case: Case, point: dict) -> list[dict]:
         except (EngineError, RuntimeError) as error:
             results, status = {}, f"failed: {error}".replace("\n", " ")
     used = os.times()
-    cost = {"status": status, "commit": records.commit(), "machine": records.machine(), "wall_seconds": time.time() - wall,
+    cost = {"status": status, "commit": commit(), "machine": records.machine(), "wall_seconds": time.time() - wall,
             "cpu_seconds": sum(used[:4]) - sum(cpu[:4])}
     rows = results if isinstance(results, list) else [results]
     identity = {key: value for key, value in point.items() if not isinstance(value, list)}

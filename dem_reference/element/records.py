@@ -2,19 +2,9 @@
 import csv
 import os
 import platform
-import subprocess
 from pathlib import Path
 
-from dem_reference.element.case import ROOT
-
 TEXT = ("status", "commit", "machine")
-
-
-def commit() -> str:
-    """The commit the working tree is at, with a + when it is modified."""
-    described = subprocess.run(["git", "describe", "--always", "--dirty=+", "--exclude=*"], cwd=ROOT,
-                               capture_output=True, text=True)
-    return described.stdout.strip() or "unknown"
 
 
 def machine() -> str:
