@@ -14,7 +14,7 @@ from compare.commands.run import find_case, name_of
 from compare.engines import Stage, run_stages
 from compare.errors import CaseError
 from compare.files import write_table
-from compare.programs import program
+from compare.programs import ROOT, program
 from compare.runs import open_run
 
 
@@ -67,7 +67,8 @@ def keep(statements: dict, path: Path, file: Path):
     attributes = open_run(path).attributes
     rows = [{"statement": name} | {key: s[key] for key in ("figure", "unit", "bound", "verdict", "until", "numerical_loss", "words")}
             for name, s in statements.items()]
-    head = [f"command: {attributes['command']}; ./grainpair collapse", f"commit: {attributes['commit']}  date: {attributes['date']}",
+    command = attributes["command"].replace(f"{ROOT}/", "")  # as a user in the project's folder types it
+    head = [f"command: {command}; ./grainpair collapse", f"commit: {attributes['commit']}  date: {attributes['date']}",
             f"{attributes['cpu_seconds']:.0f} s of processor time, ended by: {attributes['end_reason']}; warnings: {attributes.get('warnings', 'none')}",
             "until [sqrt(H/g)]: when the figure is decided; numerical_loss: by then, over the energy released"]
     write_table(file, head, pd.DataFrame(rows))
