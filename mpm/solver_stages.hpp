@@ -574,7 +574,8 @@ void Solver<K, S>::measure_held_energy() {
 
 /// Largest stable step of a Kelvin-Voigt point on the grid [Belytschko2014, Eq. 6.2.19 with damping]:
 ///   dt = 2/omega (sqrt(1 + xi^2) - xi),  omega = 2 c sqrt(dim)/h,  xi = nu omega/(2 c^2),  nu = viscosity/density
-/// and no point may cross more than a fifth of a cell per step. A law may lose all its stress, and with it all that limits
+/// and no point may cross more than a fifth of a cell per step. (A point alone is stiffer than the bulk: c^2 sum_k dw_k^2/w_k summed
+/// over the axes, of quadratic B-splines up to 6 dim c^2/h^2; its limit is sqrt(2/3) of this one.) A law may lose all its stress, and with it all that limits
 /// the step; what it meets when contact comes back is not known before, but the step that was stable at the start, four
 /// times, still finds it in time.
 template <class K, class S>
