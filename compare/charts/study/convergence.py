@@ -36,8 +36,8 @@ def draw(table, path: Path) -> str:
         left.axvline(0.0, color="0.6", lw=0.8)
         left.set_yticks(range(len(names)), [setting if setting != names[0][1] else f"{group}: {setting}" for group, setting in names])
         left.set_ylim(len(names) - 0.5, -0.5)
-        left.set_xlabel("change from the group's first, with the deviation of its runs; shaded: limit")
-        right.set_xlabel("of the energy released, lost by numerics")
+        left.set_xlabel("change from the group's first; shaded: limit")
+        right.set_xlabel("energy lost by numerics, of that released")
         for ax in (left, right):
             ax.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g} %")
         for ax, words in ((left, EXTENT), (right, LOSSES)):
