@@ -66,7 +66,7 @@ class BareKernels {
   };
   struct Place {
     std::array<std::array<Wide, support>, Dim> w, dw, xi;
-    std::array<Node<Dim>*, Wide::size()> first;
+    Node<Dim>* first;  // of the four points' common cell
   };
   static Mat zero() {
     Mat out;
@@ -76,14 +76,13 @@ class BareKernels {
 
   Place place(const Vec& x) {
     Place out;
-    out.first.fill(nodes_.data());
+    out.first = nodes_.data();
     for (int d = 0; d < Dim; ++d) {
       const Wide base = trunc(x[d] - 0.5), f = x[d] - base, g = 1.5 - f, h = f - 0.5;
       out.w[d] = {0.5 * g * g, 0.75 - (f - 1.0) * (f - 1.0), 0.5 * h * h};
       out.dw[d] = {-g, -2.0 * (f - 1.0), h};
       out.xi[d] = {-f, 1.0 - f, 2.0 - f};
-      const auto index = index_below(base);
-      for (std::size_t lane = 0; lane < Wide::size(); ++lane) out.first[lane] += index[lane] * stride_[static_cast<std::size_t>(d)];
+      out.first += index_below(base[0]) * stride_[static_cast<std::size_t>(d)];
     }
     return out;
   }
@@ -113,7 +112,7 @@ class BareKernels {
         given.mass = w * at.w[last][k];
         given.motion = given.mass * (momentum + at.xi[last][k] * p.gradient[last]);
         given.change = at.w[last][k] * force + (w * at.dw[last][k]) * p.stress[last];
-        add_rows<NodeNumbers>(given, [&](std::size_t lane) { return at.first[lane][offset + k].motion.data(); });
+        add_sum<NodeNumbers>(given, at.first[offset + k].motion.data());
       }
     });
   }
@@ -125,7 +124,7 @@ class BareKernels {
       constexpr int last = Dim - 1;
       Vec value = Vec::Zero(), along = Vec::Zero();
       for (int k = 0; k < support; ++k) {
-        const Vec node = load_rows<Velocity>([&](std::size_t lane) { return at.first[lane][offset + k].motion.data(); });
+        const Vec node = broadcast<Velocity>(at.first[offset + k].motion.data());
         value += at.w[last][k] * node, along += at.dw[last][k] * node;
       }
       Wide w = at.w[0][i], dw = at.dw[0][i];

@@ -6,29 +6,33 @@
 #include <cstdint>
 #include <numeric>
 
+#include "mpm/columns.hpp"
 #include "mpm/material.hpp"
 
 namespace grainpair {
 
-/// Results of an update, one entry per point of the batch.
+/// What the first `size` points bring to an update and take away.
 struct Batch {
-  std::span<const Deformation> steps;
-  std::span<SymTensor> sigma;              // [Pa]
-  std::span<Energies> energies;            // [J/kg]; plastic and collisional of this step alone
-  std::span<double> work;                  // [J/kg] stress work of this step
-  std::span<double> granular_temperature;  // [m2/s2]
-  std::span<Stability> stability;
-  std::span<std::uint8_t> regime;          // before the update that of the last step
+  explicit Batch(std::size_t most)
+      : size(most), steps(most), sigma(most), energies(most), work(most), granular_temperature(most), stability(most), regime(most) {}
+
+  std::size_t size;
+  Columns<DeformationOf> steps;
+  Columns<Tensor> sigma;                     // [Pa]
+  Columns<EnergiesOf> energies;              // [J/kg]; plastic and collisional of this step alone
+  std::vector<double> work;                  // [J/kg] stress work of this step
+  std::vector<double> granular_temperature;  // [m2/s2]
+  Columns<StabilityOf> stability;
+  std::vector<std::uint8_t> regime;          // before the update that of the last step
 };
 
 class Body {
  public:
   virtual ~Body() = default;
   virtual void resize(std::size_t points) = 0;
-  virtual void initialise(std::size_t first, std::span<const InitialState> initial,
-                          Batch batch) = 0;
-  /// Updates points first .. first + batch.steps.size() - 1.
-  virtual void update(std::size_t first, Batch batch) = 0;
+  virtual void initialise(std::size_t first, std::span<const InitialState> initial, Batch& batch) = 0;
+  /// Updates points first .. first + batch.size - 1.
+  virtual void update(std::size_t first, Batch& batch) = 0;
   /// state[i] <- state[order[i]]; called whenever the solver reorders its points.
   virtual void reorder(std::span<const std::uint32_t> order) = 0;
   /// Of granular temperature [Pa s]; 0 for a law without.
@@ -51,30 +55,28 @@ class BodyOf final : public Body {
 
   void resize(std::size_t points) override { state_.resize(points); }
 
-  void initialise(std::size_t first, std::span<const InitialState> initial, Batch batch) override {
-    for (std::size_t i = 0; i < initial.size(); ++i)
-      keep(law_.initial(initial[i]), initial[i].void_ratio, first + i, batch, i);
-  }
-
-  void update(std::size_t first, Batch batch) override {
-    const std::size_t n = batch.steps.size();
-    if constexpr (!requires { Law::regimes_cost_differently; }) {
-      update(first, batch, n, [](std::size_t i) { return i; });
-    } else {
-      for (std::size_t begin = 0; begin < n; begin += window) {
-        const std::size_t count = std::min(window, n - begin);
-        const auto order = by_regime(batch.regime.subspan(begin, count));
-        update(first, batch, count, [&](std::size_t i) { return begin + order[i]; });
-      }
+  void initialise(std::size_t first, std::span<const InitialState> initial, Batch& batch) override {
+    for (std::size_t i = 0; i < initial.size(); ++i) {
+      const auto r = law_.initial(initial[i]);
+      state_.set(first + i, r.state);
+      batch.sigma[i] = r.sigma;
+      batch.energies.set(i, r.energies);
+      batch.work[i] = r.work;
+      batch.granular_temperature[i] = law_.granular_temperature(r.state);
+      batch.stability.set(i, law_.stability(r.state, initial[i].void_ratio));
+      batch.regime[i] = static_cast<std::uint8_t>(r.regime);
     }
   }
 
-  void reorder(std::span<const std::uint32_t> order) override {
-    std::vector<State<double>> sorted;
-    sorted.reserve(state_.size());
-    for (const auto p : order) sorted.push_back(state_[p]);
-    state_ = std::move(sorted);
+  [[gnu::flatten]] void update(std::size_t first, Batch& batch) override {
+    if constexpr (!requires { Law::regimes_cost_differently; })
+      for_each_block(0, batch.size, [&](const auto& block) { update(first, batch, block); });
+    else
+      for (std::size_t begin = 0; begin < batch.size; begin += window)
+        update_by_regime(first, batch, begin, std::min(begin + window, batch.size));
   }
+
+  void reorder(std::span<const std::uint32_t> order) override { state_.reorder(order); }
 
   double conductivity(std::size_t point, double void_ratio) const override {
     if constexpr (Conducts<Law>) return law_.conductivity(state_[point], void_ratio);
@@ -82,7 +84,7 @@ class BodyOf final : public Body {
   }
 
   double heat(std::size_t point, double energy) override {
-    if constexpr (Conducts<Law>) state_[point] = law_.heated(state_[point], energy);
+    if constexpr (Conducts<Law>) state_.set(point, law_.heated(state_[point], energy));
     return law_.granular_temperature(state_[point]);
   }
 
@@ -95,59 +97,44 @@ class BodyOf final : public Body {
   }
 
  private:
-  static constexpr std::size_t window = 256;  // points sorted by regime before they are updated together
+  static constexpr std::size_t window = 256;  // points of which those of one regime are brought together
 
-  /// Order of at most `window` points in which those of one regime lie together.
-  static std::array<std::uint8_t, window> by_regime(std::span<const std::uint8_t> regime) {
+  /// Blocks of one regime as they are; what the others hold, regime by regime.
+  void update_by_regime(std::size_t first, Batch& batch, std::size_t begin, std::size_t end) {
+    std::array<std::uint32_t, window> mixed;
+    std::size_t count = 0;
+    for_each_block(begin, end, [&](const auto& block) {
+      const auto* const regime = &batch.regime[block.first];
+      if (std::all_of(regime, regime + block.count, [&](auto r) { return r == *regime; })) return update(first, batch, block);
+      for (std::size_t lane = 0; lane < block.count; ++lane) mixed[count++] = static_cast<std::uint32_t>(block(lane));
+    });
     std::array<std::uint16_t, 257> next{};
-    for (const auto r : regime) ++next[r + 1u];
+    for (std::size_t i = 0; i < count; ++i) ++next[batch.regime[mixed[i]] + 1u];
     std::partial_sum(next.begin(), next.end(), next.begin());
-    std::array<std::uint8_t, window> order;
-    for (std::size_t i = 0; i < regime.size(); ++i) order[next[regime[i]]++] = static_cast<std::uint8_t>(i);
-    return order;
-  }
-
-  /// Points first + at(0) ... first + at(count - 1): several at once, and what is left over one by one.
-  template <class At>
-  void update(std::size_t first, const Batch& batch, std::size_t count, const At& at) {
-    std::size_t i = 0;
-    for (; i + Wide::size() <= count; i += Wide::size()) {
-      std::array<std::size_t, Wide::size()> lanes;
-      for (std::size_t lane = 0; lane < lanes.size(); ++lane) lanes[lane] = at(i + lane);
-      update_together(&state_[first], batch, [lanes](std::size_t lane) { return lanes[lane]; });
-    }
-    for (; i < count; ++i) {
-      const Deformation& step = batch.steps[at(i)];
-      keep(law_.update(state_[first + at(i)], step), step.void_ratio, first + at(i), batch, at(i));
+    std::array<std::uint32_t, window> order;
+    for (std::size_t i = 0; i < count; ++i) order[next[batch.regime[mixed[i]]]++] = mixed[i];
+    for (std::size_t i = 0; i < count; i += Wide::size()) {
+      Scattered at;  // what is left over repeats the last
+      for (std::size_t lane = 0; lane < Wide::size(); ++lane) at.points[lane] = order[std::min(i + lane, count - 1)];
+      update(first, batch, at);
     }
   }
 
   template <class At>
-  [[gnu::flatten]] void update_together(State<double>* state, const Batch& batch, const At& at) const {
-    const auto step = load<DeformationOf>(batch.steps.data(), at);
-    const auto r = law_.update(load<State>(state, at), step);
-    store<State>(r.state, state, at);
-    store<Tensor>(r.sigma, batch.sigma.data(), at);
-    store<EnergiesOf>(r.energies, batch.energies.data(), at);
-    store<Single>(r.work, batch.work.data(), at);
-    store<Single>(law_.granular_temperature(r.state), batch.granular_temperature.data(), at);
-    store<StabilityOf>(law_.stability(r.state, step.void_ratio), batch.stability.data(), at);
+  void update(std::size_t first, Batch& batch, const At& at) {
+    const auto step = batch.steps.load(at);
+    const auto r = law_.update(state_.load(at.beyond(first)), step);
+    state_.store(r.state, at.beyond(first));
+    batch.sigma.store(r.sigma, at);
+    batch.energies.store(r.energies, at);
+    at.store(r.work, batch.work.data());
+    at.store(law_.granular_temperature(r.state), batch.granular_temperature.data());
+    batch.stability.store(law_.stability(r.state, step.void_ratio), at);
     for (std::size_t lane = 0; lane < Wide::size(); ++lane) batch.regime[at(lane)] = static_cast<std::uint8_t>(r.regime[lane]);
   }
 
-  void keep(const Response<double, Law::template State>& r, double void_ratio, std::size_t point, const Batch& out,
-            std::size_t i) {
-    state_[point] = r.state;
-    out.sigma[i] = r.sigma;
-    out.energies[i] = r.energies;
-    out.work[i] = r.work;
-    out.granular_temperature[i] = law_.granular_temperature(r.state);
-    out.stability[i] = law_.stability(r.state, void_ratio);
-    out.regime[i] = static_cast<std::uint8_t>(r.regime);
-  }
-
   Law law_;
-  std::vector<State<double>> state_;
+  Columns<State> state_;
 };
 
 using BodyFactory = std::function<std::unique_ptr<Body>(const Case&)>;

@@ -37,7 +37,7 @@ void update(benchmark::State& state, const Case& material, const Flow& flow) {
   const auto body = material_registry().at(material.word("material.law"))(material);
   body->resize(count);
   std::vector<InitialState> initial(count);
-  std::vector<Deformation> steps(count);
+  Batch batch(count);
   for (std::size_t i = 0; i < count; ++i) {
     const double e = flow.e_low + (flow.e_high - flow.e_low) * unit(random);
     initial[i] = {flow.pressure * (0.2 + unit(random)) * SymTensor{0.75, 1.5, 0.75, 0, 0, 0}, e,
@@ -45,14 +45,8 @@ void update(benchmark::State& state, const Case& material, const Flow& flow) {
     // plane motion, as in the solver's plane strain
     SymTensor D{normal(random), normal(random), 0.0, normal(random), 0.0, 0.0};
     D = deviator(D).normalized() * flow.shear_rate / std::numbers::sqrt2;
-    steps[i] = {D, Vec3{0.0, 0.0, flow.shear_rate * normal(random)}, dt, e, e};
+    batch.steps.set(i, {D, Vec3{0.0, 0.0, flow.shear_rate * normal(random)}, dt, e, e});
   }
-  std::vector<SymTensor> sigma(count);
-  std::vector<Energies> energies(count);
-  std::vector<double> work(count), temperature(count);
-  std::vector<Stability> stability(count);
-  std::vector<std::uint8_t> regime(count);
-  const Batch batch{steps, sigma, energies, work, temperature, stability, regime};
   body->initialise(0, initial, batch);
 
   std::array<double, 5> share{};
@@ -63,8 +57,10 @@ void update(benchmark::State& state, const Case& material, const Flow& flow) {
     ++step;
     for (std::size_t i = 0; i < count; ++i) {
       const double rate = (step + 4 * i) % 1000 < 500 ? flow.volume_rate : -flow.volume_rate;
-      steps[i].void_ratio_old = steps[i].void_ratio;
-      steps[i].void_ratio += rate * dt;
+      Deformation next = batch.steps[i];
+      next.void_ratio_old = next.void_ratio;
+      next.void_ratio += rate * dt;
+      batch.steps.set(i, next);
     }
   };
   const int warm_up = material.word("material.integrator") == "dormand_prince" ? 50 : 500;
@@ -72,9 +68,9 @@ void update(benchmark::State& state, const Case& material, const Flow& flow) {
   for (auto _ : state) {
     move();
     body->update(0, batch);
-    benchmark::DoNotOptimize(sigma.data());
+    benchmark::DoNotOptimize(batch.work.data());
   }
-  for (const auto r : regime) share[r] += 1.0 / count;
+  for (const auto r : batch.regime) share[r] += 1.0 / count;
   const double points = static_cast<double>(state.iterations() * count);
   state.counters["ns/point"] =
       benchmark::Counter(points * 1e-9, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);

@@ -74,12 +74,12 @@ struct Athermal {
   }
 };
 
-/// What a law does for one point (Real = double) or for several at once (Real = Wide).
-template <class M, class Real>
-concept Updates = requires(const M law, const typename M::template State<Real> s, const DeformationOf<Real>& step, Real e) {
-  { law.update(s, step) } -> std::same_as<Response<Real, M::template State>>;
-  { law.stability(s, e) } -> std::same_as<StabilityOf<Real>>;
-  { law.granular_temperature(s) } -> std::same_as<Real>;
+/// What a law does for several points at once.
+template <class M>
+concept Updates = requires(const M law, const typename M::template State<Wide> s, const DeformationOf<Wide>& step, Wide e) {
+  { law.update(s, step) } -> std::same_as<Response<Wide, M::template State>>;
+  { law.stability(s, e) } -> std::same_as<StabilityOf<Wide>>;
+  { law.granular_temperature(s) } -> std::same_as<Wide>;
 };
 
 /// A law whose granular temperature can conduct: `conductivity` [Pa s], so that the flux of energy is -conductivity grad T
@@ -91,7 +91,7 @@ concept Conducts = requires(const M law, const typename M::template State<double
 };
 
 template <class M>
-concept Material = Updates<M, double> && Updates<M, Wide> && requires(const M law, const InitialState& initial) {
+concept Material = Updates<M> && requires(const M law, const InitialState& initial) {
   { law.initial(initial) } -> std::same_as<Response<double, M::template State>>;
 };
 

@@ -181,7 +181,8 @@ class Point {
     body_->resize(2);
     void_ratio = path.void_ratio;
     const InitialState start{path.stress, path.void_ratio, path.granular_temperature};
-    body_->initialise(0, {&start, 1}, batch({}));
+    body_->initialise(0, {&start, 1}, batch_);
+    keep_results();
   }
 
   /// What the step would do; keep() makes it so.
@@ -192,7 +193,9 @@ class Point {
                            (1.0 + void_ratio) * std::exp(-trace(D) * dt) - 1.0};
     next_void_ratio_ = step.void_ratio;
     const auto start = std::chrono::steady_clock::now();
-    body_->update(1, batch({&step, 1}));
+    batch_.steps.set(0, step);
+    body_->update(1, batch_);
+    keep_results();
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     ++updates;
   }
@@ -212,14 +215,14 @@ class Point {
   long updates = 0;
 
  private:
-  Batch batch(std::span<const Deformation> steps) {
-    return {steps,       {&sigma, 1},       {&energies, 1},
-            {&work, 1},  {&temperature, 1}, {&stability_, 1},
-            {&regime, 1}};
+  void keep_results() {
+    sigma = batch_.sigma[0], energies = batch_.energies[0];
+    work = batch_.work[0], temperature = batch_.granular_temperature[0];
+    regime = batch_.regime[0];
   }
   std::unique_ptr<Body> body_;
+  Batch batch_{1};
   double next_void_ratio_ = 0.0;
-  Stability stability_{};
 };
 
 /// One step of a leg that holds a stress: finds the one rate that is free. `target` in Pa.

@@ -5,21 +5,24 @@
 #include <limits>
 #include <vector>
 
-#include "mpm/tensor.hpp"
+#include "mpm/columns.hpp"
 
 namespace grainpair {
 
 template <int Dim>
 struct Points {
-  using Vec = Eigen::Matrix<double, Dim, 1>;
-  using Mat = Eigen::Matrix<double, Dim, Dim>;
+  static constexpr int dimension = Dim;
+  template <class Real>
+  using Vec = VectorOf<Dim, Real>;
+  template <class Real>
+  using Mat = MatrixOf<Dim, Real>;
 
-  std::vector<Vec> x;             // position [m]
-  std::vector<Vec> v;             // velocity [m/s]
-  std::vector<Mat> affine;        // what the transfer carries: a moment or a gradient, see transfer/affine.hpp
+  Columns<Vec> x;                 // position [m]
+  Columns<Vec> v;                 // velocity [m/s]
+  Columns<Mat> affine;            // what the transfer carries: a moment or a gradient, see transfer/affine.hpp
   std::vector<double> mass;       // [kg]
   std::vector<double> void_ratio; // e, from det F [-]
-  std::vector<SymTensor> sigma;   // total stress, compression positive [Pa]
+  Columns<Tensor> sigma;          // total stress, compression positive [Pa]
   std::vector<double> pressure_correction;  // averaged minus own pressure, used in the internal force [Pa]
 
   std::vector<double> stored, fluctuation;        // held energies [J/kg]
@@ -35,10 +38,7 @@ struct Points {
 
   void resize(std::size_t n) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // whatever is not set shows
-    x.resize(n, Vec::Constant(nan));
-    v.resize(n, Vec::Zero());
-    affine.resize(n, Mat::Zero());
-    sigma.resize(n, SymTensor::Constant(nan));
+    x.resize(n, nan), v.resize(n), affine.resize(n), sigma.resize(n, nan);
     for (auto* field : {&mass, &void_ratio, &granular_temperature, &modulus, &viscosity}) field->resize(n, nan);
     for (auto* field : {&pressure_correction, &stored, &fluctuation, &plastic, &collisional, &conducted, &deviatoric_strain})
       field->resize(n, 0.0);
@@ -53,8 +53,8 @@ struct Points {
       for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = field[order[i]];
       field.swap(sorted);
     };
-    apply(x), apply(v), apply(affine), apply(mass), apply(void_ratio), apply(sigma), apply(pressure_correction);
-    apply(stored), apply(fluctuation), apply(plastic), apply(collisional), apply(conducted), apply(granular_temperature);
+    x.reorder(order), v.reorder(order), affine.reorder(order), sigma.reorder(order);
+    apply(mass), apply(void_ratio), apply(pressure_correction), apply(stored), apply(fluctuation), apply(plastic), apply(collisional), apply(conducted), apply(granular_temperature);
     apply(deviatoric_strain), apply(modulus), apply(viscosity), apply(regime), apply(id);
   }
 };

@@ -19,7 +19,7 @@ namespace grainpair {
 template <class Real, int Support>
 struct Weights {
   static constexpr int support = Support;
-  Index<Real> first;                        // index of the first node
+  Real first;                               // number of the first node
   std::array<Real, Support> w, dw, moment;  // value [-], slope [1/m], value times (node's position - point's) [m]
   Real inertia;                             // sum_k w_k (X_k - x)^2 [m2]
 
@@ -91,7 +91,7 @@ struct BSpline {
   static void evaluate(const Axis& axis, const Real& x, Weights<Real, support>& out) {
     const Real u = x * axis.inverse_h, cell = trunc(u), t = u - cell;
     out.inertia = 0.0;
-    out.first = index_below(u);
+    out.first = cell;
     // from P - 1 cells off the ends on, all cells are alike
     if (all(cell >= P - 1.0) && all(cell <= axis.cells - 1.0 * P)) {
       inside(t, [&](int k, const Real& value, const Real& slope) {
@@ -99,7 +99,7 @@ struct BSpline {
       });
       return;
     }
-    const auto here = look_up<Cell>(axis.cell_table.data(), out.first);
+    const auto here = look_up<Cell>(axis.cell_table.data(), index_below(cell));
     for (int k = 0; k < support; ++k) {
       Real value = here.c[k][P], slope = 0.0;
       for (int j = P - 1; j >= 0; --j) {
@@ -154,7 +154,7 @@ struct Gimp {
     const Real first = smaller(trunc(a * axis.inverse_h), Real(std::max(axis.cells - 2, 0)));
     const auto wide = width > 1e-9 * axis.h;
     out.inertia = 0.0;
-    out.first = index_below(first);
+    out.first = first;
     for (int k = 0; k < support; ++k) {
       const Real node = (first + k) * axis.h, r = x - node;
       // mean and slope of the hat over [a, b]: differences of its integral and of itself

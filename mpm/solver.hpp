@@ -104,13 +104,11 @@ class Solver final : public Simulation {
     for (std::size_t p = 0; p < points_.size(); ++p)
       cell_volume_ = std::max(cell_volume_, volume(p) * std::pow(setup.numerics.h / setup.point_size, dim));
     body_->resize(points_.size());
-    Update update;
-    for (std::size_t p = 0; p < points_.size(); p += Update::size) {
-      const Strip chunk{p, std::min(p + Update::size, points_.size())};
-      body_->initialise(p, std::span(initial).subspan(p, chunk.end - p), update.batch(points_, chunk));
+    for_each_chunk({0, points_.size()}, [&](const Strip& chunk, Update& update) {
+      body_->initialise(chunk.begin, std::span(initial).subspan(chunk.begin, update.batch.size), update.batch);
       Sums none;
       book(chunk, 0.0, update, none);
-    }
+    });
     bin_points();
     first_limit_ = stable_step().dt / setup_.numerics.time_step_fraction;  // before there is a speed to bound it
     measure_held_energy();
@@ -174,7 +172,7 @@ class Solver final : public Simulation {
   template <class Real>
   using VecOf = VectorOf<dim, Real>;
   template <class Real>
-  using MatOf = std::array<VecOf<Real>, dim>;  // by columns
+  using MatOf = MatrixOf<dim, Real>;
   enum class Forces { without, with };
   enum class Gathered { velocity, gradient, both };
 
@@ -185,28 +183,6 @@ class Solver final : public Simulation {
   template <class Real>
   struct CellSums {
     Real weight = 0.0, value = 0.0, other_weight = 0.0, other_value = 0.0;
-  };
-  /// As many points as a Wide holds, from `first` on; lanes that are left over repeat the last.
-  template <bool Full>
-  struct Block {
-    std::size_t first, count;
-    std::size_t operator()(std::size_t lane) const { return first + (Full ? lane : std::min(lane, count - 1)); }
-    /// A number of each point.
-    Wide load(const std::vector<double>& field) const {
-      if constexpr (Full) return Wide(&field[first], std::experimental::element_aligned);
-      return Wide([&](auto lane) { return field[(*this)(lane)]; });
-    }
-    void store(const Wide& from, std::vector<double>& field) const {
-      if constexpr (Full)
-        from.copy_to(&field[first], std::experimental::element_aligned);
-      else
-        for (std::size_t lane = 0; lane < count; ++lane) field[first + lane] = from[lane];
-    }
-    /// The same, and nothing of the repeated: for sums over points.
-    Wide load_once(const std::vector<double>& field) const {
-      if constexpr (Full) return load(field);
-      return Wide([&](auto lane) { return lane < count ? field[first + lane] : 0.0; });
-    }
   };
   /// Fraction of the way to the grid's velocity, and to its gradient, that a point goes in one step.
   struct Filter {
@@ -221,19 +197,9 @@ class Solver final : public Simulation {
 
   /// Points on their way through the law: few enough to stay in the cache meanwhile.
   struct Update {
-    static constexpr std::size_t size = 256;
-    std::array<Deformation, size> steps;
-    std::array<Energies, size> energies;  // plastic and collisional of this step alone
-    std::array<double, size> work;
-    std::array<Stability, size> stability;
-    std::vector<std::size_t> detached;  // points
-
-    Batch batch(Points<dim>& points, const Strip& chunk) {
-      const std::size_t n = chunk.end - chunk.begin;
-      const auto part = [&](auto& field) { return std::span(field).subspan(chunk.begin, n); };
-      return {std::span(steps).first(n), part(points.sigma), std::span(energies).first(n), std::span(work).first(n),
-              part(points.granular_temperature), std::span(stability).first(n), part(points.regime)};
-    }
+    static constexpr std::size_t most = 64;
+    Batch batch{most};
+    std::vector<std::size_t> detached;  // points of the batch
   };
 
   void bin_points();
@@ -257,7 +223,7 @@ class Solver final : public Simulation {
   void average_over_nodes(std::vector<double>& field);
   void measure_held_energy();
   void deform(const Strip& chunk, double dt, Update& update, Sums& sum);
-  void book(const Strip& chunk, double dt, const Update& update, Sums& sum);
+  void book(const Strip& chunk, double dt, Update& update, Sums& sum);
 
   Vec constrained(Vec v, const std::array<int, dim>& node, double time) const;
   template <class B>
@@ -275,12 +241,9 @@ class Solver final : public Simulation {
   }
   Neighbours<dim, Shape::support> neighbours(const VecOf<Wide>& x) {
     Neighbours<dim, Shape::support> out;
+    out.nodes = grid_.nodes.data();
     out.stride = grid_.stride;
-    out.first.fill(grid_.nodes.data());
-    for (int d = 0; d < dim; ++d) {
-      Shape::evaluate(grid_.axes[d], x[d], out.n[d]);
-      for (std::size_t lane = 0; lane < Wide::size(); ++lane) out.first[lane] += out.n[d].first[lane] * grid_.stride[d];
-    }
+    for (int d = 0; d < dim; ++d) Shape::evaluate(grid_.axes[d], x[d], out.n[d]);
     return out;
   }
   static Vec3 padded(const Vec& a) {
@@ -313,9 +276,18 @@ class Solver final : public Simulation {
   /// f(block) over the points of a strip.
   template <class F>
   static void for_each_block(const Strip& strip, F&& f) {
-    std::size_t p = strip.begin;
-    for (; p + Wide::size() <= strip.end; p += Wide::size()) f(Block<true>{p, Wide::size()});
-    if (p < strip.end) f(Block<false>{p, strip.end - p});
+    grainpair::for_each_block(strip.begin, strip.end, f);
+  }
+  /// f(chunk, update) over the points of a strip.
+  template <class F>
+  static void for_each_chunk(const Strip& strip, F&& f) {
+    thread_local Update update;
+    for (std::size_t p = strip.begin; p < strip.end; p += Update::most) {
+      const Strip chunk{p, std::min(p + Update::most, strip.end)};
+      update.batch.size = chunk.end - chunk.begin;
+      update.detached.clear();
+      f(chunk, update);
+    }
   }
   template <class F>
   void for_each_block(F&& f) {
@@ -354,11 +326,14 @@ class Solver final : public Simulation {
   template <class F>
   void for_each_weight(std::size_t p, F&& f) {
     std::array<Weights<double, Shape::support>, dim> n;
-    for (int d = 0; d < dim; ++d) Shape::evaluate(grid_.axes[d], points_.x[p][d], n[d]);
+    std::ptrdiff_t first = 0;
+    for (int d = 0; d < dim; ++d) {
+      Shape::evaluate(grid_.axes[d], points_.x[p][d], n[d]);
+      first += static_cast<int>(n[d].first) * grid_.stride[d];
+    }
     for (int i = 0; i < Shape::support; ++i) {
-      Node<dim>* const plane = &grid_.nodes[static_cast<std::size_t>((n[0].first + i) * grid_.stride[0])];
       for (int j = 0; j < Shape::support; ++j) {
-        Node<dim>* const row = plane + (n[1].first + j) * grid_.stride[1];
+        Node<dim>* const row = &grid_.nodes[static_cast<std::size_t>(first)] + i * grid_.stride[0] + j * grid_.stride[1];
         const auto give = [&](Node<dim>& node, double w, auto... gradient) {
           if constexpr (std::is_invocable_v<F, Node<dim>&, double, Vec>)
             f(node, w, Vec(gradient...));
@@ -371,7 +346,7 @@ class Solver final : public Simulation {
         } else {
           const auto& last = n[2];
           for (int k = 0; k < Shape::support; ++k)
-            give(row[last.first + k], w * last.w[k], dx * last.w[k], dy * last.w[k], w * last.dw[k]);
+            give(row[k], w * last.w[k], dx * last.w[k], dy * last.w[k], w * last.dw[k]);
         }
       }
     }
@@ -396,15 +371,15 @@ class Solver final : public Simulation {
   Grid<dim, Shape> grid_;
   Points<dim> points_;
   std::unique_ptr<Body> body_;
-  std::vector<MatOf<double>> velocity_gradient_;  // [1/s]
+  Columns<MatOf> velocity_gradient_;             // [1/s]
   std::vector<double> hoop_;                      // v_r/r, where the run is axisymmetric [1/s]
-  std::vector<Vec> displacement_;                 // [m]
+  Columns<VecOf> displacement_;                   // [m]
   std::vector<double> volumetric_rate_;           // averaged, and with mixing; compression positive [1/s]
   std::vector<double> mixing_;                    // what mixing adds to it [1/s]
   std::vector<double> pressure_;                  // of sigma alone [Pa]
   std::vector<double> scratch_;
   double loosest_mixed_ = 0.0;                    // void ratio [-]
-  std::vector<std::uint32_t> cell_;  // in which each point lies, of the active box
+  std::vector<double> cell_;                      // number of the one each point lies in, of the active box
   std::vector<CellSums<double>> cell_sums_;
   std::vector<Strip> strips_;
   std::array<int, dim> active_begin_{}, active_end_{};

@@ -34,7 +34,7 @@ void Solver<K, S>::bin_points() {
   std::size_t cells = 1;
   for (int d = 0; d < dim; ++d) cells *= static_cast<std::size_t>(active_end_[d] - active_begin_[d]);
   cell_sums_.assign(cells, {});
-  for (std::size_t p = 0; p < n; ++p) cell_[p] = static_cast<std::uint32_t>(active_cell_of(points_.x[p]));
+  for (std::size_t p = 0; p < n; ++p) cell_[p] = static_cast<double>(active_cell_of(points_.x[p]));
   drift_ = 0.0;
 }
 
@@ -64,17 +64,17 @@ template <class K, class S>
 template <Affine Carried>
 [[gnu::flatten]] void Solver<K, S>::scatter_strip(const Strip& strip, Forces forces) {
   for_each_block(strip, [&](const auto& block) {
-    const auto x = load<VecOf>(points_.x.data(), block);
+    const auto x = points_.x.load(block);
     const auto at = neighbours(x);
     Given<dim> given(block.load_once(points_.mass));
-    given.momentum = given.mass * load<VecOf>(points_.v.data(), block);
+    given.momentum = given.mass * points_.v.load(block);
     if constexpr (Carried != Affine::none) {
-      const auto carried = load_rows<MatOf>([&](std::size_t lane) { return points_.affine[block(lane)].data(); });
+      const auto carried = points_.affine.load(block);
       for (int d = 0; d < dim; ++d)
         given.momentum_slope[d] = (Carried == Affine::moment ? given.mass / inertia(at.n[d]) : given.mass) * carried[d];
     }
     if (forces == Forces::with) {
-      const auto stress = volume(block) * plus_isotropic(load<Tensor>(points_.sigma.data(), block), block.load(points_.pressure_correction));
+      const auto stress = volume(block) * plus_isotropic(points_.sigma.load(block), block.load(points_.pressure_correction));
       for (int d = 0; d < dim; ++d)
         for (int i = 0; i < dim; ++i) given.force_slope[d][i] = component(stress, i, d);
       if constexpr (K::axisymmetric) given.force[0] = stress[2] / x[0];
@@ -218,21 +218,20 @@ template <Affine Carried>
 [[gnu::flatten]] auto Solver<K, S>::gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt) -> Sums {
   Wide kinetic_before = 0.0, kinetic_after = 0.0, speed = 0.0;
   for_each_block(strip, [&](const auto& block) {
-    const auto x = load<VecOf>(points_.x.data(), block);
+    const auto x = points_.x.load(block);
     const auto at = neighbours(x);
     const auto all = collect<Carried != Affine::none>(at);
     if (what != Gathered::gradient) {
-      const auto old = load<VecOf>(points_.v.data(), block);
+      const auto old = points_.v.load(block);
       const VecOf<Wide> v = transferred(setup_.numerics.transfer, old, all.v, all.dv, filter.velocity);
-      store<VecOf>(v, points_.v.data(), block);
+      points_.v.store(v, block);
       const Wide half_mass = 0.5 * block.load_once(points_.mass);
       kinetic_before += half_mass * old.squaredNorm();
       kinetic_after += half_mass * v.squaredNorm();
-      const auto affine = [&](std::size_t lane) { return points_.affine[block(lane)].data(); };
-      if constexpr (Carried == Affine::moment) store_rows<MatOf>(all.moment, affine);
+      if constexpr (Carried == Affine::moment) points_.affine.store(all.moment, block);
       if constexpr (Carried == Affine::gradient) {
         Eigen::Matrix<Wide, dim, dim> own, increment, grid_gradient;
-        MatOf<Wide> gradient = load_rows<MatOf>(affine);
+        MatOf<Wide> gradient = points_.affine.load(block);
         for (int d = 0; d < dim; ++d) {
           const Wide inverse = 1.0 / inertia(at.n[d]);
           for (int i = 0; i < dim; ++i) {
@@ -244,9 +243,9 @@ template <Affine Carried>
         own = AffineFlip::gradient(own, increment, grid_gradient, filter.gradient, dt);
         for (int d = 0; d < dim; ++d)
           for (int i = 0; i < dim; ++i) gradient[d][i] = own(i, d);
-        store_rows<MatOf>(gradient, affine);
+        points_.affine.store(gradient, block);
       }
-      store<VecOf>(VecOf<Wide>(dt * all.v), displacement_.data(), block);
+      displacement_.store(dt * all.v, block);
       for (int d = 0; d < dim; ++d) speed = larger(speed, abs(all.v[d]));
     }
     if (what != Gathered::velocity) {
@@ -257,7 +256,7 @@ template <Affine Carried>
         block.store(hoop, hoop_);
         divergence += hoop;
       }
-      store<MatOf>(all.slope, velocity_gradient_.data(), block);
+      velocity_gradient_.store(all.slope, block);
       block.store(-divergence, volumetric_rate_);
     }
   });
@@ -299,8 +298,8 @@ void Solver<K, S>::move(double dt) {
   for_each_strip([&](std::size_t s) {
     Wide potential = 0.0;
     for_each_block(strips_[s], [&](const auto& block) {
-      const auto x = load<VecOf>(points_.x.data(), block) + load<VecOf>(displacement_.data(), block);
-      store<VecOf>(x, points_.x.data(), block);
+      const auto x = points_.x.load(block) + displacement_.load(block);
+      points_.x.store(x, block);
       Wide height = 0.0, cell = 0.0;
       Mask<Wide> inside(true);
       for (int d = 0; d < dim; ++d) {
@@ -310,11 +309,10 @@ void Solver<K, S>::move(double dt) {
         cell = cell * static_cast<double>(active_end_[d] - active_begin_[d]) + trunc(x[d] * axis.inverse_h) - static_cast<double>(active_begin_[d]);
       }
       potential += block.load_once(points_.mass) * height;
-      const auto index = index_below(select(inside, cell, Wide(0.0)));
-      for (std::size_t lane = 0; lane < block.count; ++lane) {
-        cell_[block(lane)] = static_cast<std::uint32_t>(index[lane]);
-        if (!inside[lane]) sums[s].escaped = static_cast<std::ptrdiff_t>(block(lane));
-      }
+      block.store(select(inside, cell, Wide(0.0)), cell_);
+      if (!all(inside))
+        for (std::size_t lane = 0; lane < block.count; ++lane)
+          if (!inside[lane]) sums[s].escaped = static_cast<std::ptrdiff_t>(block(lane));
     });
     sums[s].potential = reduce(potential);
   });
@@ -340,14 +338,12 @@ template <class K, class S>
 void Solver<K, S>::update_stress(double dt) {
   std::vector<Sums> sums(strips_.size());
   for_each_strip([&](std::size_t s) {
-    Update update;
-    for (std::size_t p = strips_[s].begin; p < strips_[s].end; p += Update::size) {
-      const Strip chunk{p, std::min(p + Update::size, strips_[s].end)};
-      deform(chunk, dt, update, sums[s]);
+    for_each_chunk(strips_[s], [&](const Strip& chunk, Update& update) {
       if (sums[s].escaped >= 0) return;
-      body_->update(chunk.begin, update.batch(points_, chunk));
+      deform(chunk, dt, update, sums[s]);
+      body_->update(chunk.begin, update.batch);
       book(chunk, dt, update, sums[s]);
-    }
+    });
   });
   const EnergyLedger before = ledger_;
   ledger_.stored = ledger_.fluctuation = 0.0;
@@ -375,9 +371,9 @@ void Solver<K, S>::update_stress(double dt) {
 /// What the law is to see of the step, and the void ratios it leads to.
 template <class K, class S>
 void Solver<K, S>::deform(const Strip& chunk, double dt, Update& update, Sums& sum) {
-  update.detached.clear();
+  std::copy_n(&points_.regime[chunk.begin], update.batch.size, update.batch.regime.begin());
   for_each_block(chunk, [&](const auto& block) {
-    const auto gradient = load<MatOf>(velocity_gradient_.data(), block);
+    const auto gradient = velocity_gradient_.load(block);
     Wide hoop = 0.0;
     if constexpr (K::axisymmetric) hoop = block.load(hoop_);
     const auto L = [&](int i, int j) {  // dv_i/dx_j
@@ -395,17 +391,17 @@ void Solver<K, S>::deform(const Strip& chunk, double dt, Update& update, Sums& s
     const Wide J = stretched_volume(dt * step.D, dt * step.spin);
     step.void_ratio_old = block.load(points_.void_ratio);
     step.void_ratio = (1.0 + step.void_ratio_old) * J - 1.0;
-    const Wide loosest = loosest_void_ratio(load<VecOf>(points_.x.data(), block), block.load(points_.mass));
+    const Wide loosest = loosest_void_ratio(points_.x.load(block), block.load(points_.mass));
     if (const auto fills = step.void_ratio >= loosest; any(fills)) {
       const auto log = [](const Wide& a) { return each_lane([](double b) { return std::log(b); }, a); };
       const Wide room = log((1.0 + loosest) / (1.0 + step.void_ratio_old));
       const Wide share = select(fills, select(room > 0.0, room / log(J), Wide(0.0)), Wide(1.0));
       const Wide volume = block.load_once(points_.mass) * (1.0 + step.void_ratio_old) * specific_volume_;
-      sum.detached += reduce(dt * (1.0 - share) * volume * load<Tensor>(points_.sigma.data(), block).dot(step.D));
+      sum.detached += reduce(dt * (1.0 - share) * volume * points_.sigma.load(block).dot(step.D));
       step.void_ratio = select(fills, loosest, step.void_ratio);
       step.D = share * step.D;
       for (std::size_t lane = 0; lane < Wide::size(); ++lane)
-        if (fills[lane]) update.detached.push_back(block(lane));
+        if (fills[lane]) update.detached.push_back(block(lane) - chunk.begin);
     }
     if (!all(step.void_ratio > 0.0))
       for (std::size_t lane = 0; lane < Wide::size(); ++lane)
@@ -413,27 +409,32 @@ void Solver<K, S>::deform(const Strip& chunk, double dt, Update& update, Sums& s
     block.store(step.void_ratio, points_.void_ratio);
     block.store(block.load(points_.deviatoric_strain) + dt * std::sqrt(2.0 / 3.0) * deviator(step.D).norm(),
                 points_.deviatoric_strain);
-    store<DeformationOf>(step, update.steps.data(), [&](std::size_t lane) { return block(lane) - chunk.begin; });
+    update.batch.steps.store(step, block.from(chunk.begin));
   });
 }
 
 /// What the law made of it, to the points and to the sums.
 template <class K, class S>
-void Solver<K, S>::book(const Strip& chunk, double dt, const Update& update, Sums& sum) {
-  for (const std::size_t p : update.detached) points_.sigma[p].setZero();
+void Solver<K, S>::book(const Strip& chunk, double dt, Update& update, Sums& sum) {
+  Batch& batch = update.batch;
+  for (const std::size_t i : update.detached) batch.sigma[i].setZero();
+  std::copy_n(batch.regime.begin(), batch.size, &points_.regime[chunk.begin]);
   EnergiesOf<Wide> total;
   Wide mixed = 0.0;
   for_each_block(chunk, [&](const auto& block) {
-    const auto in_chunk = [&](std::size_t lane) { return block(lane) - chunk.begin; };
-    const auto now = load<EnergiesOf>(update.energies.data(), in_chunk);
-    const auto stability = load<StabilityOf>(update.stability.data(), in_chunk);
+    const auto row = block.from(chunk.begin);
+    const auto now = batch.energies.load(row);
+    const auto stability = batch.stability.load(row);
+    const auto sigma = batch.sigma.load(row);
+    points_.sigma.store(sigma, block);
+    block.store(row.load(batch.granular_temperature), points_.granular_temperature);
     block.store(now.stored, points_.stored);
     block.store(now.fluctuation, points_.fluctuation);
     block.store(block.load(points_.plastic) + now.plastic, points_.plastic);
     block.store(block.load(points_.collisional) + now.collisional, points_.collisional);
     block.store(stability.modulus, points_.modulus);
     block.store(stability.viscosity, points_.viscosity);
-    const Wide m = block.load_once(points_.mass), pressure = trace(load<Tensor>(points_.sigma.data(), block)) * (1.0 / 3.0);
+    const Wide m = block.load_once(points_.mass), pressure = trace(sigma) * (1.0 / 3.0);
     mixed += 0.5 * dt * volume(block) * (block.load(pressure_) + pressure) * block.load(mixing_);
     block.store(pressure, pressure_);
     total.stored += m * now.stored;
@@ -529,12 +530,12 @@ template <class K, class S>
 template <class Give, class Take>
 void Solver<K, S>::average_over_cells(const Give& give, const Take& take) {
   std::fill(cell_sums_.begin(), cell_sums_.end(), CellSums<double>{});
-  const auto row_of = [&](const auto& block) {
-    return [&](std::size_t lane) { return &cell_sums_[cell_[block(lane)]].weight; };
+  const auto rows_of = [&](const auto& block) {
+    return [&, cell = index_below(block.load(cell_))](std::size_t lane) { return &cell_sums_[static_cast<std::size_t>(cell[lane])].weight; };
   };
-  for_each_block([&](const auto& block) { add_rows<CellSums>(give(block), row_of(block)); });
+  for_each_block([&](const auto& block) { add_rows<CellSums>(give(block), rows_of(block)); });
   for (auto& sum : cell_sums_) sum.value /= sum.weight, sum.other_value /= sum.other_weight;
-  for_each_block([&](const auto& block) { take(block, load_rows<CellSums>(row_of(block))); });
+  for_each_block([&](const auto& block) { take(block, load_rows<CellSums>(rows_of(block))); });
 }
 
 /// Points to nodes and back, volume-weighted: avg_p = sum_i w_ip (sum_q w_iq V_q a_q)/(sum_q w_iq V_q).

@@ -81,6 +81,10 @@ using WideTensor = WideArray<6>;
 template <int Dim, class Real>
 using VectorOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, 1>, WideArray<Dim>>;
 
+/// A matrix of `Dim` by `Dim`; of several points at once, by columns.
+template <int Dim, class Real>
+using MatrixOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, Dim>, std::array<WideArray<Dim>, Dim>>;
+
 /// SymTensor for Real = double.
 template <class Real>
 using Tensor = std::conditional_t<std::is_same_v<Real, double>, SymTensor, WideTensor>;

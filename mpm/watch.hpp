@@ -77,7 +77,7 @@ class Watch {
 
   template <class P>
   void inspect(const Simulation& simulation, const P& points) {
-    constexpr int dim = decltype(points.x)::value_type::RowsAtCompileTime;
+    constexpr int dim = P::dimension;
     std::unordered_map<long, CellSums> cells;
     double kinetic = 0.0;
     for (std::size_t p = 0; p < points.size(); ++p) {

@@ -64,18 +64,37 @@ using std::abs, std::sqrt, std::trunc;  // beside those of Wide, which are found
 template <class Real>
 using Single = Real;
 
+/// Doubles in a row, as doubles: a store through the library's own may change any object for all the compiler knows, and
+/// sends it back to memory for every pointer it holds.
+using Lanes [[gnu::vector_size(8 * Wide::size())]] = double;
+using Row [[gnu::vector_size(8 * Wide::size()), gnu::aligned(8)]] = double;
+inline Wide load_row(const double* from) {
+  const Lanes lanes = *reinterpret_cast<const Row*>(from);
+  return std::bit_cast<Wide>(lanes);
+}
+inline void store_row(const Wide& from, double* to) { *reinterpret_cast<Row*>(to) = std::bit_cast<Lanes>(from); }
+
 /// Rows to columns, and back.
 inline void transpose(Wide& a, Wide& b, Wide& c, Wide& d) {
-  using Vector [[gnu::vector_size(32)]] = double;
-  const auto vector = [](const Wide& x) { return std::bit_cast<Vector>(x); };
-  const Vector ab_even = __builtin_shufflevector(vector(a), vector(b), 0, 4, 2, 6);
-  const Vector ab_odd = __builtin_shufflevector(vector(a), vector(b), 1, 5, 3, 7);
-  const Vector cd_even = __builtin_shufflevector(vector(c), vector(d), 0, 4, 2, 6);
-  const Vector cd_odd = __builtin_shufflevector(vector(c), vector(d), 1, 5, 3, 7);
-  a = std::bit_cast<Wide>(Vector(__builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5)));
-  b = std::bit_cast<Wide>(Vector(__builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5)));
-  c = std::bit_cast<Wide>(Vector(__builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7)));
-  d = std::bit_cast<Wide>(Vector(__builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7)));
+  const auto vector = [](const Wide& x) { return std::bit_cast<Lanes>(x); };
+  const Lanes ab_even = __builtin_shufflevector(vector(a), vector(b), 0, 4, 2, 6);
+  const Lanes ab_odd = __builtin_shufflevector(vector(a), vector(b), 1, 5, 3, 7);
+  const Lanes cd_even = __builtin_shufflevector(vector(c), vector(d), 0, 4, 2, 6);
+  const Lanes cd_odd = __builtin_shufflevector(vector(c), vector(d), 1, 5, 3, 7);
+  a = std::bit_cast<Wide>(Lanes(__builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5)));
+  b = std::bit_cast<Wide>(Lanes(__builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5)));
+  c = std::bit_cast<Wide>(Lanes(__builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7)));
+  d = std::bit_cast<Wide>(Lanes(__builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7)));
+}
+
+/// The sum over the lanes of each.
+inline Wide sums(const Wide& a, const Wide& b, const Wide& c, const Wide& d) {
+  const auto pairs = [](const Wide& low, const Wide& high) {
+    const auto x = std::bit_cast<Lanes>(low), y = std::bit_cast<Lanes>(high);
+    return Lanes(__builtin_shufflevector(x, y, 0, 4, 2, 6) + __builtin_shufflevector(x, y, 1, 5, 3, 7));
+  };
+  const Lanes ab = pairs(a, b), cd = pairs(c, d);
+  return std::bit_cast<Wide>(Lanes(__builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7)));
 }
 
 /// Where a point's entry of a table is: an int, or one per lane.
@@ -111,7 +130,7 @@ Struct<Wide> load_rows(const Row& row) {
   auto* const out = reinterpret_cast<Wide*>(&result);
   each_column<Struct>([&](std::size_t c, auto four) {
     if constexpr (four) {
-      const auto part = [&](std::size_t lane) { return Wide(row(lane) + c, std::experimental::element_aligned); };
+      const auto part = [&](std::size_t lane) { return load_row(row(lane) + c); };
       Wide w0 = part(0), w1 = part(1), w2 = part(2), w3 = part(3);
       transpose(w0, w1, w2, w3);
       out[c] = w0, out[c + 1] = w1, out[c + 2] = w2, out[c + 3] = w3;
@@ -152,7 +171,7 @@ void add_rows(const Struct<Wide>& from, const Row& row) {
     transpose(w[0], w[1], w[2], w[3]);
     for (std::size_t lane = 0; lane < Wide::size(); ++lane) {
       double* const to = row(lane) + c;
-      (Wide(to, std::experimental::element_aligned) + w[lane]).copy_to(to, std::experimental::element_aligned);
+      store_row(load_row(to) + w[lane], to);
     }
   };
   if constexpr (Wide::size() == 4)
@@ -167,13 +186,34 @@ void add_rows(const Struct<Wide>& from, const Row& row) {
     for (std::size_t c = 0; c < columns; ++c) one_by_one(c);
 }
 
+/// The same where all rows are one: adds the sum over the points.
+template <template <class> class Struct>
+void add_sum(const Struct<Wide>& from, double* to) {
+  constexpr std::size_t columns = sizeof(Struct<Wide>) / sizeof(Wide), fours = Wide::size() == 4 ? columns / 4 : 0;
+  const auto* const in = reinterpret_cast<const Wide*>(&from);
+  for (std::size_t c = 0; c < 4 * fours; c += 4)
+    store_row(load_row(to + c) + sums(in[c], in[c + 1], in[c + 2], in[c + 3]), to + c);
+  for (std::size_t c = 4 * fours; c < columns; ++c) to[c] += reduce(in[c]);
+}
+
+/// The same numbers for every point.
+template <template <class> class Struct>
+Struct<Wide> broadcast(const double* from) {
+  Struct<Wide> result;
+  auto* const out = reinterpret_cast<Wide*>(&result);
+  [&]<std::size_t... c>(std::index_sequence<c...>) {
+    ((out[c] = from[c]), ...);
+  }(std::make_index_sequence<sizeof(Struct<Wide>) / sizeof(Wide)>());
+  return result;
+}
+
 /// The converse of load_rows.
 template <template <class> class Struct, class Row>
 void store_rows(const Struct<Wide>& from, const Row& row) {
   const auto* const in = reinterpret_cast<const Wide*>(&from);
   each_column<Struct>([&](std::size_t c, auto four) {
     if constexpr (four) {
-      const auto put = [&](std::size_t lane, const Wide& w) { w.copy_to(row(lane) + c, std::experimental::element_aligned); };
+      const auto put = [&](std::size_t lane, const Wide& w) { store_row(w, row(lane) + c); };
       Wide w0 = in[c], w1 = in[c + 1], w2 = in[c + 2], w3 = in[c + 3];
       transpose(w0, w1, w2, w3);
       put(0, w0), put(1, w1), put(2, w2), put(3, w3);

@@ -40,7 +40,7 @@ class CriticalStatePlasticity : public Athermal {
  private:
   template <class Real>
   Response<Real, State> respond(const QuasiStaticResponse<Real>& q, const Real& e) const {
-    const double per_mass = model_.volume.per_mass();
+    const double per_mass = model_.volume.per_mass;
     Response<Real, State> r;
     r.sigma = model_.volume.cauchy(e) * q.stress;
     r.state = q.state;

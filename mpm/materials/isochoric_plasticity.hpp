@@ -35,8 +35,8 @@ class IsochoricPlasticity : public LinearInStrain {
     const Tensor<Real> plastic = trial - r.state.strain;
     const Real work = plastic_work(select(loaded, before.dot(plastic), Real(0.0)),
                                    select(r.regime == 0.0, Real(0.0), r.state.strain.dot(plastic)));
-    r.energies.plastic = 2.0 * volume_.per_mass() * elasticity_.shear * work;
-    r.work = r.energies.stored - select(loaded, volume_.per_mass() * elasticity_.energy(before), Real(0.0)) +
+    r.energies.plastic = 2.0 * volume_.per_mass * elasticity_.shear * work;
+    r.work = r.energies.stored - select(loaded, volume_.per_mass * elasticity_.energy(before), Real(0.0)) +
              r.energies.plastic;
     return r;
   }
@@ -52,7 +52,7 @@ class IsochoricPlasticity : public LinearInStrain {
     r.regime = select(open, Real(0.0), select(lost > 0.0, Real(2.0), Real(1.0)));
     r.state.strain = trial - lost * dev;
     r.sigma = select(open, Real(0.0), volume_.cauchy(e)) * elasticity_.stress(r.state.strain);
-    r.energies.stored = select(open, Real(0.0), volume_.per_mass() * elasticity_.energy(r.state.strain));
+    r.energies.stored = select(open, Real(0.0), volume_.per_mass * elasticity_.energy(r.state.strain));
     return r;
   }
 

@@ -40,8 +40,8 @@ class PerfectLadeDuncan : public Athermal {
     const auto before = elasticity_.evaluate(turned);
     const Tensor<Real> plastic = trial - r.state.strain;
     const Real work = plastic_work<Real>(before.stress.dot(plastic), r.sigma.dot(plastic) / volume_.cauchy(step.void_ratio));
-    r.energies.plastic = volume_.per_mass() * select(r.regime == 1.0, Real(0.0), work);
-    r.work = r.energies.stored - volume_.per_mass() * before.energy + r.energies.plastic;
+    r.energies.plastic = volume_.per_mass * select(r.regime == 1.0, Real(0.0), work);
+    r.work = r.energies.stored - volume_.per_mass * before.energy + r.energies.plastic;
     return r;
   }
 
@@ -67,7 +67,7 @@ class PerfectLadeDuncan : public Athermal {
     }
     const auto now = elasticity_.evaluate(r.state.strain);
     r.sigma = volume_.cauchy(e) * now.stress;
-    r.energies.stored = volume_.per_mass() * now.energy;
+    r.energies.stored = volume_.per_mass * now.energy;
     return r;
   }
 

@@ -23,7 +23,7 @@ class LinearElastic : public LinearInStrain {
   Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>& step) const {
     const Tensor<Real> strain = corotated(old.strain, step.spin, step.dt) + strain_increment(step);
     Response<Real, State> r = respond<Real>(strain, step.void_ratio);
-    r.work = r.energies.stored - volume_.per_mass() * elasticity_.energy(old.strain);
+    r.work = r.energies.stored - volume_.per_mass * elasticity_.energy(old.strain);
     return r;
   }
 
@@ -33,7 +33,7 @@ class LinearElastic : public LinearInStrain {
     Response<Real, State> r;
     r.state.strain = strain;
     r.sigma = volume_.cauchy(e) * elasticity_.stress(strain);
-    r.energies.stored = volume_.per_mass() * elasticity_.energy(strain);
+    r.energies.stored = volume_.per_mass * elasticity_.energy(strain);
     r.regime = 1.0;
     return r;
   }

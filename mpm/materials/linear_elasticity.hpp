@@ -31,7 +31,7 @@ struct LinearElasticity {
   template <class T>
   typename T::Scalar energy(const T& strain) const {
     const typename T::Scalar tr = trace(strain);
-    return (0.5 * bulk - shear / 3.0) * tr * tr + shear * strain.squaredNorm();
+    return (0.5 * bulk - 1.0 / 3.0 * shear) * tr * tr + shear * strain.squaredNorm();
   }
   double p_wave_modulus() const { return bulk + 4.0 / 3.0 * shear; }  // [Pa]
 };

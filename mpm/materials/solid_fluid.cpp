@@ -73,7 +73,7 @@ class SolidFluid {
   Response<Real, State> in_parallel(const QuasiStaticResponse<Real>& q, const DeformationOf<Real>& step,
                                     const std::type_identity_t<Tensor<Real>>& D, const Real& old_speed) const {
     const Real e = step.void_ratio;
-    const double per_mass = model_.volume.per_mass();
+    const double per_mass = model_.volume.per_mass;
     Response<Real, State> r;
     r.regime = q.state.regime;
     r.sigma = model_.volume.cauchy(e) * q.stress;

@@ -18,20 +18,17 @@ namespace grainpair {
 struct SolidVolume {
   double reference_void_ratio;  // e_r
   double grain_density;         // rho_s [kg/m3]
+  double per_mass;              // J/m3 of the reference volume -> J/kg of solid
 
-  explicit SolidVolume(const Case& c)
-      : reference_void_ratio(c.number("initial.void_ratio")),
-        grain_density(c.number("grains.density")) {}
+  explicit SolidVolume(const Case& c) : SolidVolume(c.number("initial.void_ratio"), c.number("grains.density")) {}
   SolidVolume(double void_ratio, double density)
-      : reference_void_ratio(void_ratio), grain_density(density) {}
+      : reference_void_ratio(void_ratio), grain_density(density), per_mass((1.0 + void_ratio) / density) {}
 
   /// sigma/tau at void ratio e
   template <class Real>
   Real cauchy(const Real& e) const {
     return (1.0 + reference_void_ratio) / (1.0 + e);
   }
-  /// J/m3 of the reference volume -> J/kg of solid
-  double per_mass() const { return (1.0 + reference_void_ratio) / grain_density; }
 };
 
 }  // namespace grainpair

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <random>
+#include <set>
 
 #include "mpm/body.hpp"
 #include "mpm/case.hpp"
@@ -25,13 +26,16 @@ class Point {
   void start(const SymTensor& stress, double e, double initial_temperature = 1e-15) {
     void_ratio = e;
     const InitialState initial{stress, e, initial_temperature};
-    body_->initialise(0, {&initial, 1}, batch({}));
+    body_->initialise(0, {&initial, 1}, batch_);
+    keep_results();
   }
   void move(const SymTensor& D, const Vec3& spin, double dt) {
     const Deformation step{D, spin, dt, void_ratio,
                            (1.0 + void_ratio) * std::exp(-trace(D) * dt) - 1.0};
     void_ratio = step.void_ratio;
-    body_->update(0, batch({&step, 1}));
+    batch_.steps.set(0, step);
+    body_->update(0, batch_);
+    keep_results();
   }
 
   double void_ratio = 0.0;
@@ -45,10 +49,12 @@ class Point {
   double dissipated() const { return energies.plastic + energies.collisional; }
 
  private:
-  Batch batch(std::span<const Deformation> steps) {
-    return {steps,           {&sigma, 1}, {&energies, 1}, {&work, 1}, {&temperature, 1},
-            {&stability, 1}, {&regime, 1}};
+  void keep_results() {
+    sigma = batch_.sigma[0], energies = batch_.energies[0], stability = batch_.stability[0];
+    work = batch_.work[0], temperature = batch_.granular_temperature[0];
+    regime = batch_.regime[0];
   }
+  Batch batch_{1};
   std::unique_ptr<Body> body_;
 };
 
@@ -117,72 +123,48 @@ TEST_P(EveryLaw, RandomPathsBalanceAndDissipate) {
   follow_random_paths(point, 10000, -1.0, 1e-14);
 }
 
-// Points updated together go through the vector form of the law, a point alone through the scalar one: the same
-// expressions, rounded in another order. From the same history the two may differ by the roundings of the strain that has
-// passed, times the stiffness, and by what a return's Newton leaves: it stops after a step of 3e-7, so 1e-13 of the stress.
+// Who is updated beside a point changes nothing, to the last bit.
 TEST_P(EveryLaw, PointsTogetherEqualPointsAlone) {
   constexpr std::size_t count = 4 * 67 + 3;  // more than one window of sorting, and some left over
   Random random{std::mt19937_64(13)};
   std::vector<InitialState> initial(count);
   for (auto& start : initial)
     start = {at_rest(std::pow(10.0, random.between(1.0, 4.0))), random.between(0.69, 0.73), std::pow(10.0, random.between(-15.0, -2.0))};
-  struct Results {
-    std::vector<SymTensor> sigma{count};
-    std::vector<Energies> energies{count};
-    std::vector<double> work = std::vector<double>(count), temperature = work;
-    std::vector<Stability> stability{count};
-    std::vector<std::uint8_t> regime = std::vector<std::uint8_t>(count);
-    Batch batch(std::span<const Deformation> steps, std::size_t i, std::size_t n) {
-      return {steps,
-              std::span(sigma).subspan(i, n),
-              std::span(energies).subspan(i, n),
-              std::span(work).subspan(i, n),
-              std::span(temperature).subspan(i, n),
-              std::span(stability).subspan(i, n),
-              std::span(regime).subspan(i, n)};
-    }
-  } together, alone;
-  const auto body = [&](Results& results) {
+  Batch together(count), alone(1);
+  const auto body = [&] {
     auto made = material_registry().at(GetParam())(
         Case::load(GRAINPAIR_SOURCE "/cases/column/case.toml", {"material.law=" + GetParam()}));
     made->resize(count);
-    made->initialise(0, initial, results.batch({}, 0, count));
+    made->initialise(0, initial, together);
     return made;
   };
-  const auto flock = body(together), loners = body(alone);
+  const auto flock = body(), loners = body();
   std::vector<Deformation> steps(count);
   for (std::size_t i = 0; i < count; ++i) steps[i].void_ratio = initial[i].void_ratio;
-  std::vector<double> stress(count, 0.0), energy(count), stiffness(count, 0.0), strain(count, 0.0);  // so far
-  for (std::size_t i = 0; i < count; ++i) energy[i] = alone.energies[i].stored + alone.energies[i].fluctuation;
-  double worst = 0.0, worst_work = 0.0;
-  long compared = 0, regimes = 0;
+  std::set<int> regimes;
   for (int step = 0; step < 200; ++step) {
-    for (auto& s : steps) {
+    for (std::size_t i = 0; i < count; ++i) {
+      Deformation& s = steps[i];
       const double size = std::pow(10.0, random.between(-1.0, 2.0)), dt = 1e-5;
       s.D = size * deviator(random.tensor()) + 0.02 * size * random.normal(random.engine) * identity();
       s.spin = step % 2 ? Vec3{0.0, 0.0, size * random.normal(random.engine)} : Vec3(size * random.vector());
       s.dt = dt, s.void_ratio_old = s.void_ratio;
       s.void_ratio = (1.0 + s.void_ratio_old) * std::exp(-trace(s.D) * dt) - 1.0;
+      together.steps.set(i, s);
     }
-    flock->update(0, together.batch(steps, 0, count));
+    const auto regime = together.regime;  // before
+    flock->update(0, together);
     for (std::size_t i = 0; i < count; ++i) {
-      loners->update(i, alone.batch({&steps[i], 1}, i, 1));
-      const Energies& e = alone.energies[i];
-      stress[i] = std::max(stress[i], alone.sigma[i].norm());
-      energy[i] = std::max(energy[i], e.stored + e.fluctuation + e.plastic + e.collisional);
-      stiffness[i] = std::max(stiffness[i], alone.stability[i].modulus);
-      strain[i] += steps[i].D.norm() * steps[i].dt;
-      const double roundings = std::numeric_limits<double>::epsilon() * stiffness[i] * strain[i];
-      worst = std::max(worst, (together.sigma[i] - alone.sigma[i]).norm() / (1e-13 * stress[i] + roundings));
-      worst_work = std::max(worst_work, std::abs(together.work[i] - alone.work[i]) / energy[i]);
-      ++compared, regimes += together.regime[i] == alone.regime[i];
+      alone.steps.set(0, steps[i]);
+      alone.regime[0] = regime[i];
+      loners->update(i, alone);
+      ASSERT_EQ(together.sigma[i], alone.sigma[0]) << i;
+      ASSERT_EQ(together.work[i], alone.work[0]) << i;
+      ASSERT_EQ(together.regime[i], alone.regime[0]) << i;
+      regimes.insert(alone.regime[0]);
     }
   }
-  RecordProperty("of_the_bound", fmt::format("{:.2g}", worst));
-  RecordProperty("work", fmt::format("{:.1e}", worst_work));
-  EXPECT_LT(worst, 1.0);
-  EXPECT_LT(worst_work, 1e-12);
-  EXPECT_EQ(regimes, compared);
+  EXPECT_GE(regimes.size(), GetParam() == "linear_elastic" ? 1u : 2u);
 }
 
 // The same motion seen from a rotated frame, and from one that turns with the point.

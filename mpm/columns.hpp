@@ -1,0 +1,149 @@
+// Quantities of many points, each of their numbers in an array of its own: as many points as a Wide holds are one load.
+#pragma once
+
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+#include "mpm/tensor.hpp"
+
+namespace grainpair {
+
+/// As many points as a Wide holds, from `first` on; lanes that are left over repeat the last.
+template <bool Full>
+struct Consecutive {
+  std::size_t first, count;
+
+  std::size_t operator()(std::size_t lane) const { return first + (Full ? lane : std::min(lane, count - 1)); }
+  /// The same, counted from `origin`.
+  Consecutive from(std::size_t origin) const { return {first - origin, count}; }
+  Consecutive beyond(std::size_t origin) const { return {origin + first, count}; }
+
+  /// A number of each point.
+  Wide load(const double* field) const {
+    if constexpr (Full) return load_row(field + first);
+    return Wide([&](auto lane) { return field[(*this)(lane)]; });
+  }
+  void store(const Wide& from, double* field) const {
+    if constexpr (Full)
+      store_row(from, field + first);
+    else
+      for (std::size_t lane = 0; lane < count; ++lane) field[first + lane] = from[lane];
+  }
+  Wide load(const std::vector<double>& field) const { return load(field.data()); }
+  void store(const Wide& from, std::vector<double>& field) const { store(from, field.data()); }
+  /// The same, and nothing of the repeated: for sums over points.
+  Wide load_once(const std::vector<double>& field) const {
+    if constexpr (Full) return load(field);
+    return Wide([&](auto lane) { return lane < count ? field[first + lane] : 0.0; });
+  }
+};
+
+/// As many points as a Wide holds, wherever they are.
+struct Scattered {
+  std::array<std::size_t, Wide::size()> points;
+
+  std::size_t operator()(std::size_t lane) const { return points[lane]; }
+  Scattered beyond(std::size_t origin) const {
+    Scattered out;
+    for (std::size_t lane = 0; lane < points.size(); ++lane) out.points[lane] = origin + points[lane];
+    return out;
+  }
+  Wide load(const double* field) const {
+    return Wide([&](auto lane) { return field[points[lane]]; });
+  }
+  void store(const Wide& from, double* field) const {
+    for (std::size_t lane = 0; lane < points.size(); ++lane) field[points[lane]] = from[lane];
+  }
+};
+
+/// f(block) over points begin ... end - 1.
+template <class F>
+void for_each_block(std::size_t begin, std::size_t end, F&& f) {
+  for (; begin + Wide::size() <= end; begin += Wide::size()) f(Consecutive<true>{begin, Wide::size()});
+  if (begin < end) f(Consecutive<false>{begin, end - begin});
+}
+
+template <class T>
+concept EigenMatrix = std::is_base_of_v<Eigen::MatrixBase<T>, T>;
+
+/// A struct of Reals, a vector or a matrix of every point, by columns.
+template <template <class> class Struct>
+class Columns {
+ public:
+  static constexpr std::size_t width = sizeof(Struct<Wide>) / sizeof(Wide);
+  static_assert(sizeof(Struct<double>) - width * sizeof(double) < 16, "doubles, and padding at the end");
+
+  explicit Columns(std::size_t points = 0) { resize(points); }
+
+  void resize(std::size_t points, double value = 0.0) {
+    size_ = points;
+    // an odd number of cache lines beyond whole pages: the columns of a point share no set of the cache
+    stride_ = (points + 511) / 512 * 512 + 40;
+    numbers_.assign(width * stride_, value);
+  }
+  std::size_t size() const { return size_; }
+
+  template <class At>
+  Struct<Wide> load(const At& at) const {
+    Struct<Wide> out;
+    auto* const to = reinterpret_cast<Wide*>(&out);
+    each([&](std::size_t c) { to[c] = at.load(column(c)); });
+    return out;
+  }
+  template <class At>
+  void store(const Struct<Wide>& from, const At& at) {
+    const auto* const in = reinterpret_cast<const Wide*>(&from);
+    each([&](std::size_t c) { at.store(in[c], column(c)); });
+  }
+
+  /// One point's: a copy of a struct, a view of a vector or matrix.
+  auto operator[](std::size_t p) const {
+    if constexpr (EigenMatrix<Struct<double>>) {
+      return Eigen::Map<const Struct<double>, 0, Stride>(column(0) + p, stride());
+    } else {
+      Struct<double> out;
+      auto* const to = reinterpret_cast<double*>(&out);
+      each([&](std::size_t c) { to[c] = column(c)[p]; });
+      return out;
+    }
+  }
+  auto operator[](std::size_t p)
+    requires EigenMatrix<Struct<double>>
+  {
+    return Eigen::Map<Struct<double>, 0, Stride>(column(0) + p, stride());
+  }
+  void set(std::size_t p, const Struct<double>& from) {
+    const auto* const in = reinterpret_cast<const double*>(&from);
+    each([&](std::size_t c) { column(c)[p] = in[c]; });
+  }
+
+  /// point[i] <- point[order[i]]
+  template <class Order>
+  void reorder(const Order& order) {
+    std::vector<double> sorted(order.size());
+    each([&](std::size_t c) {
+      for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = column(c)[order[i]];
+      std::copy(sorted.begin(), sorted.end(), column(c));
+    });
+  }
+
+ private:
+  using Stride = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
+
+  template <class F>
+  static void each(F&& f) {
+    [&]<std::size_t... c>(std::index_sequence<c...>) { (f(c), ...); }(std::make_index_sequence<width>());
+  }
+  double* column(std::size_t c) { return numbers_.data() + c * stride_; }
+  const double* column(std::size_t c) const { return numbers_.data() + c * stride_; }
+  Stride stride() const {
+    const auto inner = static_cast<Eigen::Index>(stride_);
+    return {inner * Struct<double>::RowsAtCompileTime, inner};
+  }
+
+  std::size_t size_ = 0, stride_ = 0;
+  std::vector<double, Eigen::aligned_allocator<double>> numbers_;
+};
+
+}  // namespace grainpair
