@@ -74,12 +74,12 @@ template <int Dim, int Support>
 struct Neighbours {
   std::array<Weights<Wide, Support>, Dim> n;
   Node<Dim>* nodes;  // of the grid
-  std::array<int, Dim> stride;
+  std::array<std::ptrdiff_t, Dim> stride;  // 1 along the last axis
 
   /// Number of each point's first node.
   Wide first() const {
-    Wide out = n[0].first * stride[0];
-    for (int d = 1; d < Dim; ++d) out += n[d].first * stride[d];
+    Wide out = n[Dim - 1].first;
+    for (int d = 0; d < Dim - 1; ++d) out += n[d].first * static_cast<double>(stride[d]);
     return out;
   }
 };
@@ -94,8 +94,8 @@ struct WeightedSums {
 
 /// Sums over the nodes along the last `Axes` axes; number(offset) is that of a node, `stride` what the offset gains along an axis.
 template <int Axes, bool Slopes, bool Moments, int Dim, int Support, class Number>
-WeightedSums<Axes> weighted_sums(const std::array<Weights<Wide, Support>, Dim>& weights, const std::array<int, Dim>& stride,
-                                 const Number& number, int offset = 0) {
+WeightedSums<Axes> weighted_sums(const std::array<Weights<Wide, Support>, Dim>& weights, const std::array<std::ptrdiff_t, Dim>& stride,
+                                 const Number& number, std::ptrdiff_t offset = 0) {
   WeightedSums<Axes> out;
   if constexpr (Axes == 0) {
     out.value = number(offset);
@@ -104,7 +104,7 @@ WeightedSums<Axes> weighted_sums(const std::array<Weights<Wide, Support>, Dim>& 
     const auto& n = weights[axis];
 #pragma GCC unroll 4
     for (int i = 0; i < Support; ++i) {
-      const auto part = weighted_sums<Axes - 1, Slopes, Moments, Dim, Support>(weights, stride, number, offset + i * stride[axis]);
+      const auto part = weighted_sums<Axes - 1, Slopes, Moments, Dim, Support>(weights, stride, number, offset + i * (axis == Dim - 1 ? 1 : stride[axis]));
       out.value += n.w[i] * part.value;
       if constexpr (Slopes) out.slope[0] += n.dw[i] * part.value;
       if constexpr (Moments) out.moment[0] += n.moment[i] * part.value;
@@ -120,11 +120,11 @@ WeightedSums<Axes> weighted_sums(const std::array<Weights<Wide, Support>, Dim>& 
 /// From the nodes to the points, which stay side by side; each number of the nodes goes alone, so that its sums fit in the
 /// registers. node(offset) gives a node's motion and change.
 template <bool Moments, int Dim, int Support, class Nodes>
-Collected<Dim> collect_from(const std::array<Weights<Wide, Support>, Dim>& weights, const std::array<int, Dim>& stride, const Nodes& node) {
+Collected<Dim> collect_from(const std::array<Weights<Wide, Support>, Dim>& weights, const std::array<std::ptrdiff_t, Dim>& stride, const Nodes& node) {
   Collected<Dim> out;
   for (int c = 0; c < Dim; ++c) {
-    const auto v = weighted_sums<Dim, true, Moments, Dim, Support>(weights, stride, [&](int offset) { return Wide(node[offset].motion[c]); });
-    const auto dv = weighted_sums<Dim, false, Moments, Dim, Support>(weights, stride, [&](int offset) { return Wide(node[offset].change[c]); });
+    const auto v = weighted_sums<Dim, true, Moments, Dim, Support>(weights, stride, [&](std::ptrdiff_t offset) { return Wide(node[offset].motion[c]); });
+    const auto dv = weighted_sums<Dim, false, Moments, Dim, Support>(weights, stride, [&](std::ptrdiff_t offset) { return Wide(node[offset].change[c]); });
     out.v[c] = v.value, out.dv[c] = dv.value;
     for (std::size_t d = 0; d < Dim; ++d)
       out.slope[d][c] = v.slope[d], out.moment[d][c] = v.moment[d], out.moment_increment[d][c] = dv.moment[d];
@@ -144,7 +144,7 @@ Collected<Dim> collect(const Neighbours<Dim, Support>& at) {
   for (int i = 0; i < Support; ++i)
     for (int j = 0; j < Support; ++j)
       for (int k = 0; k < layers; ++k, ++to) {
-        const int offset = i * at.stride[0] + j * at.stride[1] + k;
+        const std::ptrdiff_t offset = i * at.stride[0] + j * at.stride[1] + k;
         *to = load_motion<Dim>([&](std::size_t lane) { return reinterpret_cast<const double*>(at.nodes + each[lane] + offset); });
       }
   if constexpr (Dim == 2)

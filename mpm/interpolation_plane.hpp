@@ -33,10 +33,10 @@ void give(const Given<2>& points, const Neighbours<2, Support>& at) {
   const Wide first = at.first();
   if (all(first == Wide(first[0]))) {
     Node<2>* const shared = at.nodes + static_cast<int>(first[0]);
-    return give_to_nodes(points, at, [&](int offset, const PlaneNode<Wide>& node) { add_sum<PlaneNode>(node, numbers(shared + offset)); });
+    return give_to_nodes(points, at, [&](std::ptrdiff_t offset, const PlaneNode<Wide>& node) { add_sum<PlaneNode>(node, numbers(shared + offset)); });
   }
   const auto each = index_below(first);
-  give_to_nodes(points, at, [&](int offset, const PlaneNode<Wide>& node) {
+  give_to_nodes(points, at, [&](std::ptrdiff_t offset, const PlaneNode<Wide>& node) {
     add_rows<PlaneNode>(node, [&](std::size_t lane) { return numbers(at.nodes + each[lane] + offset); });
   });
 }

@@ -242,8 +242,10 @@ class Solver final : public Simulation {
   Neighbours<dim, Shape::support> neighbours(const VecOf<Wide>& x) {
     Neighbours<dim, Shape::support> out;
     out.nodes = grid_.nodes.data();
-    out.stride = grid_.stride;
-    for (int d = 0; d < dim; ++d) Shape::evaluate(grid_.axes[d], x[d], out.n[d]);
+    for (int d = 0; d < dim; ++d) {
+      out.stride[d] = grid_.stride[d];
+      Shape::evaluate(grid_.axes[d], x[d], out.n[d]);
+    }
     return out;
   }
   static Vec3 padded(const Vec& a) {

@@ -91,6 +91,7 @@ auto Solver<K, S>::constrained(Vec v, const std::array<int, dim>& node, double t
                          grid_.axes[1].node_position[static_cast<std::size_t>(node[1])], time))
     v[0] = 0.0;
   for (int d = dim - 1; d >= 0; --d) {
+    if (node[d] > 0 && node[d] < grid_.axes[d].nodes - 1) continue;
     if (node[d] == 0) v = setup_.walls[d][0].apply(v, d, 1.0);
     if (node[d] == grid_.axes[d].nodes - 1) v = setup_.walls[d][1].apply(v, d, -1.0);
   }
