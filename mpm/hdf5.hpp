@@ -50,8 +50,11 @@ inline hid_t type_of<std::uint8_t>() { return H5T_NATIVE_UINT8; }
 template <>
 inline hid_t type_of<int>() { return H5T_NATIVE_INT; }
 
+/// In the format of HDF5 1.10, whose groups and attributes are the smaller and faster.
 inline Handle create_file(const std::string& path) {
-  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, "create " + path};
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "make a property list");
+  H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
+  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, "create " + path};
 }
 
 inline Handle open_file(const std::string& path) {

@@ -1,5 +1,5 @@
-// Between points and their nodes: what nodes hold, what points give to them and collect of them. The sums over nodes are
-// those of interpolation_plane.hpp and interpolation_space.hpp.
+// Between points and their nodes: what nodes hold, what points give to them and collect of them, and the way back from the
+// nodes. The ways there are those of interpolation_plane.hpp and interpolation_space.hpp.
 #pragma once
 
 #include <array>
@@ -104,7 +104,8 @@ WeightedSums<Axes> weighted_sums(const std::array<Weights<Wide, Support>, Dim>& 
     const auto& n = weights[axis];
 #pragma GCC unroll 4
     for (int i = 0; i < Support; ++i) {
-      const auto part = weighted_sums<Axes - 1, Slopes, Moments, Dim, Support>(weights, stride, number, offset + i * (axis == Dim - 1 ? 1 : stride[axis]));
+      const std::ptrdiff_t step = axis == Dim - 1 ? 1 : stride[axis];  // known before the run where it can be
+      const auto part = weighted_sums<Axes - 1, Slopes, Moments, Dim, Support>(weights, stride, number, offset + i * step);
       out.value += n.w[i] * part.value;
       if constexpr (Slopes) out.slope[0] += n.dw[i] * part.value;
       if constexpr (Moments) out.moment[0] += n.moment[i] * part.value;

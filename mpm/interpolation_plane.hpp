@@ -1,4 +1,5 @@
-// Sums over the nodes of a plane. Points stay side by side, and each node's numbers are turned into theirs.
+// From points to the nodes of a plane. Points stay side by side; what those that share their nodes give is summed before it goes
+// to a node, else each node's share is turned into theirs.
 #pragma once
 
 #include "mpm/interpolation.hpp"
@@ -7,6 +8,7 @@ namespace grainpair {
 
 template <class Real>
 using PlaneNode = NodeOf<2, Real>;
+
 /// add(offset from the first node, what it is given by each point)
 template <int Support, class Add>
 void give_to_nodes(const Given<2>& points, const Neighbours<2, Support>& at, const Add& add) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <omp.h>
 
 #include <cstring>
 #include <numeric>
@@ -270,10 +271,18 @@ class Solver final : public Simulation {
   template <class F>
   void for_each_strip(F&& f) {
     const int count = static_cast<int>(strips_.size());
-    for (int parity = 0; parity < 2; ++parity) {
-#pragma omp parallel for schedule(dynamic, 1)
-      for (int s = parity; s < count; s += 2) f(static_cast<std::size_t>(s));
+    for (int parity = 0; parity < 2; ++parity)
+      side_by_side(parity, count, 2, [&](int s) { f(static_cast<std::size_t>(s)); });
+  }
+  /// f(begin), f(begin + stride) ... below end, in any order. OpenMP's team of one would enter the kernel in every sweep.
+  template <class F>
+  static void side_by_side(int begin, int end, int stride, F&& f) {
+    if (omp_get_max_threads() == 1) {
+      for (int i = begin; i < end; i += stride) f(i);
+      return;
     }
+#pragma omp parallel for schedule(dynamic, 1)
+    for (int i = begin; i < end; i += stride) f(i);
   }
   /// f(block) over the points of a strip.
   template <class F>
@@ -304,8 +313,7 @@ class Solver final : public Simulation {
   /// f(i) over the columns of nodes that points can reach.
   template <class F>
   void for_each_active_column(F&& f) {
-#pragma omp parallel for schedule(static)
-    for (int i = active_begin_[0]; i < active_end_[0]; ++i) f(i);
+    side_by_side(active_begin_[0], active_end_[0], 1, f);
   }
   template <class F>
   void for_each_node_of_column(int i, F&& f) {

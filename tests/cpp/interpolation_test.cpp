@@ -1,0 +1,154 @@
+// Between points and nodes, several points at once: against sums over one point and one node at a time, for points that share
+// their nodes and for points that do not.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "mpm/grid.hpp"
+#include "mpm/interpolation_plane.hpp"
+#include "mpm/interpolation_space.hpp"
+
+namespace grainpair {
+namespace {
+
+constexpr std::size_t lanes = Wide::size();
+constexpr double round_off = 1e-13;  // of sums of 27 numbers of order one
+
+template <class Shape, int Dim>
+struct Scene {
+  using Vec = Eigen::Matrix<double, Dim, 1>;
+  static constexpr int cells = 6;
+
+  Grid<Dim, Shape> grid;
+  std::array<Vec, lanes> x;
+  std::mt19937_64 random{7};
+
+  static std::array<int, Dim> box() {
+    std::array<int, Dim> out;
+    out.fill(cells);
+    return out;
+  }
+  /// Points in one cell, or anywhere; near walls, too.
+  explicit Scene(bool together) : grid(box(), 0.1, 0.05) {
+    Vec corner;
+    for (int d = 0; d < Dim; ++d) corner[d] = std::floor(cells * unit());
+    for (Vec& point : x)
+      for (int d = 0; d < Dim; ++d) point[d] = 0.1 * (together ? corner[d] + unit() : cells * unit());
+  }
+  double unit() { return std::uniform_real_distribution<double>(0.001, 0.999)(random); }
+  double number() { return std::normal_distribution<double>()(random); }
+  VectorOf<Dim, Wide> vector() {
+    VectorOf<Dim, Wide> out;
+    for (int d = 0; d < Dim; ++d) out[d] = Wide([&](auto) { return number(); });
+    return out;
+  }
+  Neighbours<Dim, Shape::support> neighbours() {
+    Neighbours<Dim, Shape::support> out;
+    out.nodes = grid.nodes.data();
+    for (int d = 0; d < Dim; ++d) {
+      out.stride[d] = grid.stride[d];
+      Shape::evaluate(grid.axes[d], Wide([&](auto lane) { return x[lane][d]; }), out.n[d]);
+    }
+    return out;
+  }
+  /// f(node, weight, its slopes, node's place - point's) over the nodes of one point.
+  template <class F>
+  void each_node(std::size_t lane, F&& f) {
+    std::array<Weights<double, Shape::support>, Dim> n;
+    for (int d = 0; d < Dim; ++d) Shape::evaluate(grid.axes[d], x[lane][d], n[d]);
+    constexpr int layers = Dim == 3 ? Shape::support : 1;
+    for (int i = 0; i < Shape::support; ++i)
+      for (int j = 0; j < Shape::support; ++j)
+        for (int k = 0; k < layers; ++k) {
+          const int index[3] = {i, j, k};
+          std::size_t node = 0;
+          double w = 1.0;
+          Vec slope = Vec::Ones(), arm;
+          for (int d = 0; d < Dim; ++d) {
+            const std::size_t along = static_cast<std::size_t>(n[d].first) + static_cast<std::size_t>(index[d]);
+            node += along * static_cast<std::size_t>(grid.stride[d]);
+            w *= n[d].w[index[d]];
+            for (int e = 0; e < Dim; ++e) slope[e] *= d == e ? n[d].dw[index[d]] : n[d].w[index[d]];
+            arm[d] = grid.axes[d].node_position[along] - x[lane][d];
+          }
+          f(grid.nodes[node], w, slope, arm);
+        }
+  }
+};
+
+template <class Shape, int Dim>
+void gives_as_alone(bool together) {
+  Scene<Shape, Dim> scene(together);
+  const Wide mass([&](auto) { return scene.unit(); });
+  Given<Dim> given(mass);
+  given.momentum = scene.vector(), given.force = scene.vector();
+  for (int d = 0; d < Dim; ++d) given.momentum_slope[d] = scene.vector(), given.force_slope[d] = scene.vector();
+  for (auto& node : scene.grid.nodes) node.motion.setZero(), node.change.setZero(), node.mass = 0.0;
+  give(given, scene.neighbours());
+  const auto nodes = scene.grid.nodes;
+  for (auto& node : scene.grid.nodes) node.motion.setZero(), node.change.setZero(), node.mass = 0.0;
+  for (std::size_t lane = 0; lane < lanes; ++lane)
+    scene.each_node(lane, [&](auto& node, double w, const auto& slope, const auto& arm) {
+      node.mass += w * given.mass[lane];
+      for (int c = 0; c < Dim; ++c) {
+        node.motion[c] += w * given.momentum[c][lane], node.change[c] += w * given.force[c][lane];
+        for (std::size_t d = 0; d < Dim; ++d) {
+          node.motion[c] += w * arm[static_cast<int>(d)] * given.momentum_slope[d][c][lane];
+          node.change[c] += slope[static_cast<int>(d)] * given.force_slope[d][c][lane];
+        }
+      }
+    });
+  double given_mass = 0.0;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const auto& expected = scene.grid.nodes[i];
+    given_mass += nodes[i].mass;
+    ASSERT_NEAR(nodes[i].mass, expected.mass, round_off);
+    ASSERT_LT((nodes[i].motion - expected.motion).norm(), round_off);
+    ASSERT_LT((nodes[i].change - expected.change).norm(), 10.0 * round_off);  // slopes are of order 1/h
+  }
+  EXPECT_NEAR(given_mass, reduce(given.mass), round_off);
+}
+
+template <class Shape, int Dim>
+void collects_as_alone(bool together) {
+  Scene<Shape, Dim> scene(together);
+  for (auto& node : scene.grid.nodes)
+    for (int c = 0; c < Dim; ++c) node.motion[c] = scene.number(), node.change[c] = scene.number();
+  const auto all = collect<true>(scene.neighbours());
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    using Vec = typename Scene<Shape, Dim>::Vec;
+    using Mat = Eigen::Matrix<double, Dim, Dim>;
+    Vec v = Vec::Zero(), dv = Vec::Zero();
+    Mat gradient = Mat::Zero(), moment = Mat::Zero(), increment = Mat::Zero();
+    scene.each_node(lane, [&](const auto& node, double w, const Vec& slope, const Vec& arm) {
+      v += w * node.motion, dv += w * node.change;
+      gradient += node.motion * slope.transpose();
+      moment += w * node.motion * arm.transpose(), increment += w * node.change * arm.transpose();
+    });
+    for (int c = 0; c < Dim; ++c) {
+      ASSERT_NEAR(all.v[c][lane], v[c], round_off);
+      ASSERT_NEAR(all.dv[c][lane], dv[c], round_off);
+      for (std::size_t d = 0; d < Dim; ++d) {
+        const int axis = static_cast<int>(d);
+        ASSERT_NEAR(all.slope[d][c][lane], gradient(c, axis), 10.0 * round_off);
+        ASSERT_NEAR(all.moment[d][c][lane], moment(c, axis), round_off);
+        ASSERT_NEAR(all.moment_increment[d][c][lane], increment(c, axis), round_off);
+      }
+    }
+  }
+}
+
+template <class Shape>
+class Interpolation : public testing::Test {};
+using Shapes = testing::Types<BSpline<1>, BSpline<2>, BSpline<3>, Gimp>;
+TYPED_TEST_SUITE(Interpolation, Shapes);
+
+TYPED_TEST(Interpolation, GivesWhatEachPointAloneWould) {
+  for (const bool together : {true, false}) gives_as_alone<TypeParam, 2>(together), gives_as_alone<TypeParam, 3>(together);
+}
+TYPED_TEST(Interpolation, CollectsWhatEachPointAloneWould) {
+  for (const bool together : {true, false}) collects_as_alone<TypeParam, 2>(together), collects_as_alone<TypeParam, 3>(together);
+}
+
+}  // namespace
+}  // namespace grainpair
