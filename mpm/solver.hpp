@@ -274,14 +274,15 @@ class Solver final : public Simulation {
     for (int parity = 0; parity < 2; ++parity)
       side_by_side(parity, count, 2, [&](int s) { f(static_cast<std::size_t>(s)); });
   }
-  /// f(begin), f(begin + stride) ... below end, in any order. OpenMP's team of one would enter the kernel in every sweep.
+  /// f(begin), f(begin + stride) ... below end, in any order; what one thread had, it gets again in the next sweep.
+  /// OpenMP's team of one would enter the kernel in every sweep.
   template <class F>
   static void side_by_side(int begin, int end, int stride, F&& f) {
     if (omp_get_max_threads() == 1) {
       for (int i = begin; i < end; i += stride) f(i);
       return;
     }
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(static, 1)
     for (int i = begin; i < end; i += stride) f(i);
   }
   /// f(block) over the points of a strip.

@@ -4,13 +4,13 @@
 // The scene is the seed's column (a cube in three dimensions) just released, cut into as many points as asked.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
+#include <malloc.h>
 #include <omp.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <unistd.h>
 
 #include "mpm/bare_kernels.hpp"
 #include "mpm/output.hpp"
@@ -49,19 +49,18 @@ Case scene(int dim, double points, const std::string& law, const std::string& sh
                                      fmt::format("geometry.dimension={}", dim == 3 ? "three_dimensional" : "plane_strain")});
 }
 
-double resident_bytes() {
-  std::ifstream file("/proc/self/statm");
-  double size = 0.0, resident = 0.0;
-  file >> size >> resident;
-  return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
+/// On the heap and in use, whatever earlier scenes have left behind.
+double allocated_bytes() {
+  const auto now = mallinfo2();
+  return static_cast<double>(now.uordblks + now.hblkhd);
 }
 
 void step(benchmark::State& state, int dim, double points, const std::string& law, const std::string& shape, int threads) {
   omp_set_num_threads(threads);
-  const double before = resident_bytes();
+  const double before = allocated_bytes();
   const auto simulation = make_simulation(scene(dim, points, law, shape), {});
   for (int i = 0; i < 3; ++i) simulation->step(simulation->stable_step().dt);
-  state.counters["bytes_per_point"] = (resident_bytes() - before) / static_cast<double>(simulation->size());
+  state.counters["bytes_per_point"] = (allocated_bytes() - before) / static_cast<double>(simulation->size());
   state.counters["points"] = static_cast<double>(simulation->size());
   for (auto _ : state) simulation->step(simulation->stable_step().dt);
 }
