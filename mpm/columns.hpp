@@ -15,7 +15,7 @@ struct Consecutive {
   std::size_t first, count;
 
   std::size_t operator()(std::size_t lane) const { return first + (Full ? lane : std::min(lane, count - 1)); }
-  /// The same, counted from `origin`.
+  /// The same, counted from `origin`, and the converse.
   Consecutive from(std::size_t origin) const { return {first - origin, count}; }
   Consecutive beyond(std::size_t origin) const { return {origin + first, count}; }
 

@@ -119,7 +119,7 @@ WeightedSums<Axes> weighted_sums(const std::array<Weights<Wide, Support>, Dim>& 
 }
 
 /// From the nodes to the points, which stay side by side; each number of the nodes goes alone, so that its sums fit in the
-/// registers. node(offset) gives a node's motion and change.
+/// registers. node[offset] holds a node's motion and change.
 template <bool Moments, int Dim, int Support, class Nodes>
 Collected<Dim> collect_from(const std::array<Weights<Wide, Support>, Dim>& weights, const std::array<std::ptrdiff_t, Dim>& stride, const Nodes& node) {
   Collected<Dim> out;

@@ -54,7 +54,8 @@ struct Points {
       field.swap(sorted);
     };
     x.reorder(order), v.reorder(order), affine.reorder(order), sigma.reorder(order);
-    apply(mass), apply(void_ratio), apply(pressure_correction), apply(stored), apply(fluctuation), apply(plastic), apply(collisional), apply(conducted), apply(granular_temperature);
+    apply(mass), apply(void_ratio), apply(pressure_correction), apply(stored), apply(fluctuation), apply(plastic);
+    apply(collisional), apply(conducted), apply(granular_temperature);
     apply(deviatoric_strain), apply(modulus), apply(viscosity), apply(regime), apply(id);
   }
 };
