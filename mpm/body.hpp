@@ -69,9 +69,10 @@ class BodyOf final : public Body {
   }
 
   [[gnu::flatten]] void update(std::size_t first, Batch& batch) override {
-    if constexpr (!requires { Law::regimes_cost_differently; })
-      for_each_block(0, batch.size, [&](const auto& block) { update(first, batch, block); });
-    else
+    if constexpr (!requires { Law::regimes_cost_differently; }) {
+      const Law law = law_;  // which no store can change
+      for_each_block(0, batch.size, [&](const auto& block) { update(law, first, batch, block); });
+    } else
       for (std::size_t begin = 0; begin < batch.size; begin += window)
         update_by_regime(first, batch, begin, std::min(begin + window, batch.size));
   }
@@ -105,7 +106,7 @@ class BodyOf final : public Body {
     std::size_t count = 0;
     for_each_block(begin, end, [&](const auto& block) {
       const auto* const regime = &batch.regime[block.first];
-      if (std::all_of(regime, regime + block.count, [&](auto r) { return r == *regime; })) return update(first, batch, block);
+      if (std::all_of(regime, regime + block.count, [&](auto r) { return r == *regime; })) return update(law_, first, batch, block);
       for (std::size_t lane = 0; lane < block.count; ++lane) mixed[count++] = static_cast<std::uint32_t>(block(lane));
     });
     std::array<std::uint16_t, 257> next{};
@@ -116,20 +117,20 @@ class BodyOf final : public Body {
     for (std::size_t i = 0; i < count; i += Wide::size()) {
       Scattered at;  // what is left over repeats the last
       for (std::size_t lane = 0; lane < Wide::size(); ++lane) at.points[lane] = order[std::min(i + lane, count - 1)];
-      update(first, batch, at);
+      update(law_, first, batch, at);
     }
   }
 
   template <class At>
-  void update(std::size_t first, Batch& batch, const At& at) {
+  void update(const Law& law, std::size_t first, Batch& batch, const At& at) {
     const auto step = batch.steps.load(at);
-    const auto r = law_.update(state_.load(at.beyond(first)), step);
+    const auto r = law.update(state_.load(at.beyond(first)), step);
     state_.store(r.state, at.beyond(first));
     batch.sigma.store(r.sigma, at);
     batch.energies.store(r.energies, at);
     at.store(r.work, batch.work.data());
-    at.store(law_.granular_temperature(r.state), batch.granular_temperature.data());
-    batch.stability.store(law_.stability(r.state, step.void_ratio), at);
+    at.store(law.granular_temperature(r.state), batch.granular_temperature.data());
+    batch.stability.store(law.stability(r.state, step.void_ratio), at);
     for (std::size_t lane = 0; lane < Wide::size(); ++lane) batch.regime[at(lane)] = static_cast<std::uint8_t>(r.regime[lane]);
   }
 

@@ -19,8 +19,40 @@ struct SpaceGiven {  // own, and slopes along each axis
 
 inline Quad load_quad(const double* from) { return Quad(from, std::experimental::element_aligned); }
 
+/// All points to their common nodes.
+template <int Support>
+void give_together(const Given<3>& points, const std::array<Weights<Wide, Support>, 3>& n, const std::array<std::ptrdiff_t, 3>& stride, Node<3>* nodes) {
+  const auto& [x, y, z] = n;
+#pragma GCC unroll 1
+  for (int i = 0; i < Support; ++i) {
+    const auto momentum_i = x.w[i] * points.momentum + x.moment[i] * points.momentum_slope[0];
+    const auto force_i = x.w[i] * points.force + x.dw[i] * points.force_slope[0];
+    const auto momentum_y = x.w[i] * points.momentum_slope[1], momentum_zi = x.w[i] * points.momentum_slope[2];
+    const auto force_y = x.w[i] * points.force_slope[1], force_zi = x.w[i] * points.force_slope[2];
+    const Wide mass_i = x.w[i] * points.mass;
+#pragma GCC unroll 1
+    for (int j = 0; j < Support; ++j) {
+      const auto momentum = y.w[j] * momentum_i + y.moment[j] * momentum_y, momentum_z = y.w[j] * momentum_zi;
+      const auto force = y.w[j] * force_i + y.dw[j] * force_y, force_z = y.w[j] * force_zi;
+      const Wide mass = y.w[j] * mass_i;
+      Node<3>* const row = nodes + i * stride[0] + j * stride[1];
+#pragma GCC unroll 4
+      for (int k = 0; k < Support; ++k) {
+        NodeOf<3, Wide> node;
+        node.motion = z.w[k] * momentum + z.moment[k] * momentum_z;
+        node.mass = z.w[k] * mass;
+        node.change = z.w[k] * force + z.dw[k] * force_z;
+        node.idle = 0.0;
+        add_sum<SpaceMotion>(node, row[k].motion.data());
+      }
+    }
+  }
+}
+
 template <int Support>
 void give(const Given<3>& points, const Neighbours<3, Support>& at) {
+  const Wide at_first = at.first();
+  if (all(at_first == Wide(at_first[0]))) return give_together(points, at.n, at.stride, at.nodes + static_cast<int>(at_first[0]));
   const auto& [x, y, z] = at.n;
   SpaceGiven<Wide> turned;
   turned.motion[0] = {points.momentum, points.mass};
@@ -28,7 +60,7 @@ void give(const Given<3>& points, const Neighbours<3, Support>& at) {
   for (int d = 0; d < 3; ++d) turned.motion[d + 1] = {points.momentum_slope[d], 0.0}, turned.change[d + 1] = {points.force_slope[d], 0.0};
   std::array<SpaceGiven<double>, Wide::size()> each;
   store<SpaceGiven>(turned, each.data(), [](std::size_t lane) { return lane; });
-  const auto first = index_below(at.first());
+  const auto first = index_below(at_first);
   for (std::size_t lane = 0; lane < Wide::size(); ++lane) {
     const auto quad = [](const SpaceQuad<double>& from) { return load_quad(from.vector.data()); };
     const auto& [m, f] = each[lane];

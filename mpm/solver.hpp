@@ -243,6 +243,7 @@ class Solver final : public Simulation {
   Neighbours<dim, Shape::support> neighbours(const VecOf<Wide>& x) {
     Neighbours<dim, Shape::support> out;
     out.nodes = grid_.nodes.data();
+#pragma GCC unroll 3
     for (int d = 0; d < dim; ++d) {
       out.stride[d] = grid_.stride[d];
       Shape::evaluate(grid_.axes[d], x[d], out.n[d]);

@@ -26,18 +26,18 @@ class WideArray {
   WideArray() = default;
   template <class... Component>
     requires(sizeof...(Component) == N)
-  WideArray(const Component&... c) : c_{c...} {}
-  WideArray(const WideArray& a) { each([&](int i) { c_[i] = a[i]; }); }
+  WideArray(const Component&... c) : c_{std::bit_cast<Lanes>(Wide(c))...} {}
+  WideArray(const WideArray& a) { each([&](int i) { c_[i] = a.c_[i]; }); }
   WideArray& operator=(const WideArray& a) {
-    each([&](int i) { c_[i] = a[i]; });
+    each([&](int i) { c_[i] = a.c_[i]; });
     return *this;
   }
   static WideArray Zero() {
     return of([](int) { return Wide(0.0); });
   }
 
-  Wide& operator[](int i) { return c_[i]; }
-  const Wide& operator[](int i) const { return c_[i]; }
+  Wide& operator[](int i) { return reinterpret_cast<Wide&>(c_[i]); }
+  Wide operator[](int i) const { return std::bit_cast<Wide>(c_[i]); }
 
   friend WideArray operator+(const WideArray& a, const WideArray& b) {
     return of([&](int i) { return a[i] + b[i]; });
@@ -63,17 +63,17 @@ class WideArray {
   template <class F>
   static WideArray of(F&& f) {
     WideArray out;
-    each([&](int i) { out.c_[i] = f(i); });
+    each([&](int i) { out.c_[i] = std::bit_cast<Lanes>(Wide(f(i))); });
     return out;
   }
   template <int Begin, int End>
   Wide sum(const WideArray& b) const {
-    Wide out = c_[Begin] * b[Begin];
-    for (int i = Begin + 1; i < End; ++i) out += c_[i] * b[i];
+    Wide out = (*this)[Begin] * b[Begin];
+    for (int i = Begin + 1; i < End; ++i) out += (*this)[i] * b[i];
     return out;
   }
 
-  Wide c_[N];
+  Lanes c_[N];
 };
 using WideTensor = WideArray<6>;
 

@@ -14,8 +14,8 @@ class CircularCone {
 
   /// Radial return: q = sqrt(3/2) 2 G |dev(eps)| <= M K tr(eps).
   template <class Real>
-  Real lost(const Real& volumetric, const Tensor<Real>& dev, const Real& /*e*/, const Real& /*dt*/) const {
-    const Real length2 = dev.squaredNorm(), limit = slope_ * volumetric;
+  Real lost(const Real& volumetric, const Real& length2, const Real& /*e*/, const Real& /*dt*/) const {
+    const Real limit = slope_ * volumetric;
     return select(length2 > limit * limit, 1.0 - limit / sqrt(length2), Real(0.0));
   }
 

@@ -23,6 +23,11 @@ struct LinearElasticity {
   Tensor<typename T::Scalar> stress(const T& strain) const {
     return plus_isotropic(2.0 * shear * strain, (bulk - 2.0 / 3.0 * shear) * trace(strain));
   }
+  /// The same of the strain's parts, tr(eps) and dev(eps).
+  template <class T>
+  Tensor<typename T::Scalar> stress(const typename T::Scalar& volumetric, const T& dev) const {
+    return plus_isotropic(2.0 * shear * dev, bulk * volumetric);
+  }
   SymTensor strain(const SymTensor& sigma) const {
     return plus_isotropic(sigma / (2.0 * shear),
                           trace(sigma) / 3.0 * (1.0 / (3.0 * bulk) - 1.0 / (2.0 * shear)));
@@ -32,6 +37,11 @@ struct LinearElasticity {
   typename T::Scalar energy(const T& strain) const {
     const typename T::Scalar tr = trace(strain);
     return (0.5 * bulk - 1.0 / 3.0 * shear) * tr * tr + shear * strain.squaredNorm();
+  }
+  /// The same, of tr(eps) and dev(eps):dev(eps).
+  template <class Real>
+  Real energy(const Real& volumetric, const Real& length2) const {
+    return 0.5 * bulk * volumetric * volumetric + shear * length2;
   }
   double p_wave_modulus() const { return bulk + 4.0 / 3.0 * shear; }  // [Pa]
 };
