@@ -35,6 +35,8 @@ class Body {
   virtual void update(std::size_t first, Batch& batch) = 0;
   /// state[i] <- state[order[i]]; called whenever the solver reorders its points.
   virtual void reorder(std::span<const std::uint32_t> order) = 0;
+  /// Whether grains may have a granular temperature, dissipate by collisions, or be viscous.
+  virtual bool fluctuates() const = 0;
   /// Of granular temperature [Pa s]; 0 for a law without.
   virtual double conductivity(std::size_t point, double void_ratio) const = 0;
   /// Adds to a point's fluctuations, as far as they do not become negative [J/kg]; gives its granular temperature [m2/s2].
@@ -78,6 +80,8 @@ class BodyOf final : public Body {
   }
 
   void reorder(std::span<const std::uint32_t> order) override { state_.reorder(order); }
+
+  bool fluctuates() const override { return !std::is_base_of_v<Athermal, Law>; }
 
   double conductivity(std::size_t point, double void_ratio) const override {
     if constexpr (Conducts<Law>) return law_.conductivity(state_[point], void_ratio);

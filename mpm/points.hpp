@@ -30,7 +30,6 @@ struct Points {
   std::vector<double> conducted;                  // fluctuation that came by conduction since release [J/kg]
   std::vector<double> granular_temperature;       // [m2/s2]
   std::vector<double> deviatoric_strain;          // accumulated sqrt(2/3 dev D : dev D) dt [-]
-  std::vector<double> modulus, viscosity;         // of the law, for the time step [Pa], [Pa s]
   std::vector<std::uint8_t> regime;
   std::vector<std::uint32_t> id;
 
@@ -39,8 +38,8 @@ struct Points {
   void resize(std::size_t n) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // whatever is not set shows
     x.resize(n, nan), v.resize(n), affine.resize(n), sigma.resize(n, nan);
-    for (auto* field : {&mass, &void_ratio, &granular_temperature, &modulus, &viscosity}) field->resize(n, nan);
-    for (auto* field : {&pressure_correction, &stored, &fluctuation, &plastic, &collisional, &conducted, &deviatoric_strain})
+    for (auto* field : {&mass, &void_ratio}) field->resize(n, nan);
+    for (auto* field : {&granular_temperature, &pressure_correction, &stored, &fluctuation, &plastic, &collisional, &conducted, &deviatoric_strain})
       field->resize(n, 0.0);
     regime.resize(n, 0);
     id.resize(n);
@@ -56,7 +55,7 @@ struct Points {
     x.reorder(order), v.reorder(order), affine.reorder(order), sigma.reorder(order);
     apply(mass), apply(void_ratio), apply(pressure_correction), apply(stored), apply(fluctuation), apply(plastic);
     apply(collisional), apply(conducted), apply(granular_temperature);
-    apply(deviatoric_strain), apply(modulus), apply(viscosity), apply(regime), apply(id);
+    apply(deviatoric_strain), apply(regime), apply(id);
   }
 };
 

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "mpm/body.hpp"
+#include "mpm/cell_means.hpp"
 #include "mpm/grid.hpp"
 #include "mpm/interpolation_plane.hpp"
 #include "mpm/interpolation_space.hpp"
@@ -98,7 +99,7 @@ class Solver final : public Simulation {
          const std::vector<InitialState>& initial)
       : setup_(setup), grid_(setup.cells, setup.numerics.h, setup.point_size), points_(std::move(points)),
         body_(std::move(body)), velocity_gradient_(points_.size()), hoop_(Kinematics::axisymmetric ? points_.size() : 0),
-        displacement_(points_.size()), volumetric_rate_(points_.size()), mixing_(points_.size()), pressure_(points_.size()),
+        displacement_(points_.size()), volumetric_rate_(points_.size()), pressure_(points_.size()),
         scratch_(points_.size()), cell_(points_.size()), specific_volume_(1.0 / setup.solid_density) {
     for (const double e : points_.void_ratio) loosest_mixed_ = std::max(loosest_mixed_, 2.0 * e);
     room_ = std::pow(std::max(1.0, 2.0 * setup.point_size / setup.numerics.h), dim);
@@ -107,13 +108,15 @@ class Solver final : public Simulation {
     body_->resize(points_.size());
     for_each_chunk({0, points_.size()}, [&](const Strip& chunk, Update& update) {
       body_->initialise(chunk.begin, std::span(initial).subspan(chunk.begin, update.batch.size), update.batch);
-      Sums none;
-      book(chunk, 0.0, update, none);
+      Sums sum;
+      book(chunk, 0.0, update, sum);
+      if (sum.fastest.rate > fastest_.rate) fastest_ = sum.fastest;
     });
     bin_points();
     first_limit_ = stable_step().dt / setup_.numerics.time_step_fraction;  // before there is a speed to bound it
     measure_held_energy();
-    update_pressure_correction();
+    for_each_block([&](const auto& block) { give_pressure(block, block.load(cell_)); });
+    share_pressure();
   }
 
   /// The algorithm. Each stage books the energy it moves.
@@ -141,11 +144,11 @@ class Solver final : public Simulation {
       constrain(dt);
       gather(Gathered::gradient, dt);
     }
-    move(dt);
     if (setup_.numerics.stress_update != StressUpdate::first) update_stress(dt);
-    if (setup_.numerics.conduction) conduct(dt);
-    update_pressure_correction();
     time_ += dt;
+    move();
+    if (setup_.numerics.conduction) conduct(dt);
+    share_pressure();
   }
 
   TimeStep stable_step() const override;
@@ -180,26 +183,29 @@ class Solver final : public Simulation {
   struct Strip {
     std::size_t begin, end;  // points
   };
-  /// Two quantities of the points of a cell with their weights; divided by these, their means.
-  template <class Real>
-  struct CellSums {
-    Real weight = 0.0, value = 0.0, other_weight = 0.0, other_value = 0.0;
-  };
   /// Fraction of the way to the grid's velocity, and to its gradient, that a point goes in one step.
   struct Filter {
     double velocity, gradient;
+  };
+  /// The point that allows the smallest step.
+  struct Fastest {
+    double rate = 0.0;  // 2/dt [1/s]
+    Limit limit = Limit::none;
+    std::uint32_t point = 0;  // its id
   };
   /// Sums a sweep makes, kept by strip so that their order never changes.
   struct Sums {
     double kinetic_before = 0.0, kinetic_after = 0.0, potential = 0.0, speed = 0.0;
     double stored = 0.0, fluctuation = 0.0, plastic = 0.0, collisional = 0.0, detached = 0.0, mixing = 0.0, gained = 0.0, conducted = 0.0;
     std::ptrdiff_t escaped = -1;
+    Fastest fastest;
   };
 
   /// Points on their way through the law: few enough to stay in the cache meanwhile.
   struct Update {
     static constexpr std::size_t most = 64;
     Batch batch{most};
+    std::vector<double> mixing = std::vector<double>(most);  // what mixing adds to the volumetric rate [1/s]
     std::vector<std::size_t> detached;  // points of the batch
   };
 
@@ -214,17 +220,27 @@ class Solver final : public Simulation {
   void gather(Gathered what, double dt);
   template <Affine Carried>
   Sums gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt);
-  void share_volume_change(double dt);
-  void move(double dt);
+  void move();
   void update_stress(double dt);
   void conduct(double dt);
-  void update_pressure_correction();
-  template <class Give, class Take>
-  void average_over_cells(const Give& give, const Take& take);
+  void share_pressure();
   void average_over_nodes(std::vector<double>& field);
   void measure_held_energy();
   void deform(const Strip& chunk, double dt, Update& update, Sums& sum);
   void book(const Strip& chunk, double dt, Update& update, Sums& sum);
+  template <class B>
+  void limit_step(const B& block, const StabilityOf<Wide>& of, Fastest& fastest) const;
+
+  /// Whether points take the mean volumetric rate or the mean void ratio of their cells.
+  bool averages_rates() const {
+    return setup_.numerics.averaging == VolumetricAveraging::cell || setup_.numerics.void_ratio_relaxation_time > 0.0;
+  }
+  template <class B>
+  void give_pressure(const B& block, const Wide& cell) {
+    if (setup_.numerics.averaging != VolumetricAveraging::cell) return;
+    const Wide v = volume(block);
+    pressures_.give(cell, {v, v * block.load(pressure_)});
+  }
 
   Vec constrained(Vec v, const std::array<int, dim>& node, double time) const;
   template <class B>
@@ -386,18 +402,19 @@ class Solver final : public Simulation {
   Columns<MatOf> velocity_gradient_;             // [1/s]
   std::vector<double> hoop_;                      // v_r/r, where the run is axisymmetric [1/s]
   Columns<VecOf> displacement_;                   // [m]
-  std::vector<double> volumetric_rate_;           // averaged, and with mixing; compression positive [1/s]
-  std::vector<double> mixing_;                    // what mixing adds to it [1/s]
+  std::vector<double> volumetric_rate_;           // averaged over nodes, or not at all; compression positive [1/s]
   std::vector<double> pressure_;                  // of sigma alone [Pa]
   std::vector<double> scratch_;
   double loosest_mixed_ = 0.0;                    // void ratio [-]
   std::vector<double> cell_;                      // number of the one each point lies in, of the active box
-  std::vector<CellSums<double>> cell_sums_;
+  CellMeans rates_, pressures_;                   // volumetric rates and void ratios [1/s], [-]; pressures of sigma [Pa]
   std::vector<Strip> strips_;
   std::array<int, dim> active_begin_{}, active_end_{};
   double specific_volume_;    // of solid [m3/kg]
   double room_ = 1.0;         // of a point, in cells
   double cell_volume_ = 0.0;  // of plane strain and 3-D, over the thickness simulated [m3]
+  double largest_wave_number_ = 2.0 * std::sqrt(static_cast<double>(dim)) / setup_.numerics.h;  // times 2/2 [1/m]
+  Fastest fastest_;
   double first_limit_ = std::numeric_limits<double>::infinity();  // of the step, at the start [s]
   double drift_ = 0.0, max_speed_ = 0.0;  // since the points were binned [m]; of the last step [m/s]
   double time_ = 0.0;

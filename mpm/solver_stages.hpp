@@ -33,7 +33,7 @@ void Solver<K, S>::bin_points() {
   }
   std::size_t cells = 1;
   for (int d = 0; d < dim; ++d) cells *= static_cast<std::size_t>(active_end_[d] - active_begin_[d]);
-  cell_sums_.assign(cells, {});
+  rates_.resize(cells), pressures_.resize(cells);
   for (std::size_t p = 0; p < n; ++p) cell_[p] = static_cast<double>(active_cell_of(points_.x[p]));
   drift_ = 0.0;
 }
@@ -192,6 +192,7 @@ void Solver<K, S>::gather(Gathered what, double dt) {
   const auto towards_grid = [&](double tau) { return tau > 0.0 ? -std::expm1(-dt / tau) : 0.0; };
   const Filter filter{towards_grid(setup_.numerics.relaxation_time), towards_grid(setup_.numerics.gradient_relaxation_time)};
   std::vector<Sums> sums(strips_.size());
+  if (what != Gathered::velocity) rates_.clear();
   const auto sweep = [&](auto carried) {
     for_each_strip([&](std::size_t s) {
       sums[s] = gather_strip<carried.value>(strips_[s], what, filter, dt);
@@ -209,9 +210,9 @@ void Solver<K, S>::gather(Gathered what, double dt) {
     ledger_.kinetic = after;
     drift_ += max_speed_ * dt;
   }
-  if (what != Gathered::velocity) {
-    share_volume_change(dt);
-  }
+  if (what == Gathered::velocity) return;
+  if (setup_.numerics.averaging == VolumetricAveraging::nodal) average_over_nodes(volumetric_rate_);
+  rates_.divide();
 }
 
 template <class K, class S>
@@ -258,7 +259,12 @@ template <Affine Carried>
         divergence += hoop;
       }
       velocity_gradient_.store(all.slope, block);
-      block.store(-divergence, volumetric_rate_);
+      if (setup_.numerics.averaging != VolumetricAveraging::cell) block.store(-divergence, volumetric_rate_);
+      if (averages_rates()) {
+        const Wide v = volume(block), e = block.load(points_.void_ratio);
+        const Wide mixed = select(e < loosest_mixed_, block.load_once(points_.mass), Wide(0.0));
+        rates_.give(block.load(cell_), {v, -(v * divergence), mixed, mixed * e});
+      }
     }
   });
   Sums sum;
@@ -266,36 +272,11 @@ template <Affine Carried>
   return sum;
 }
 
-/// Points of a cell share its rate of volume change, and their void ratios relax to its mean, mass-weighted, so that the
-/// volume of the cell stays; the law sees the strain. Without this they would keep for ever what their void ratios
-/// differ by; on a critical-state locus 1e-5 of it is 1 kPa, and one point in four carries the load of all. Points
-/// more than twice as loose as any was at the start are not in contact with the others and do not mix.
-template <class K, class S>
-void Solver<K, S>::share_volume_change(double dt) {
-  const auto averaging = setup_.numerics.averaging;
-  if (averaging == VolumetricAveraging::nodal) average_over_nodes(volumetric_rate_);
-  const double tau = setup_.numerics.void_ratio_relaxation_time, filter = tau > 0.0 ? -std::expm1(-dt / tau) : 0.0;
-  if (averaging != VolumetricAveraging::cell && filter == 0.0) return;
-  average_over_cells(
-      [&](const auto& block) {
-        const Wide v = volume(block), e = block.load(points_.void_ratio);
-        const Wide mixed = select(e < loosest_mixed_, block.load_once(points_.mass), Wide(0.0));
-        return CellSums<Wide>{v, v * block.load(volumetric_rate_), mixed, mixed * e};
-      },
-      [&](const auto& block, const CellSums<Wide>& mean) {
-        const Wide e = block.load(points_.void_ratio);
-        const Wide mixing =
-            select(e < loosest_mixed_, (filter / dt) * (e - mean.other_value) / (1.0 + e), Wide(0.0));
-        block.store(mixing, mixing_);
-        block.store((averaging == VolumetricAveraging::cell ? mean.value : block.load(volumetric_rate_)) + mixing,
-                    volumetric_rate_);
-      });
-}
-
 /// Moves the points; a point that would leave the grid ends the run, named.
 template <class K, class S>
-void Solver<K, S>::move(double dt) {
+void Solver<K, S>::move() {
   std::vector<Sums> sums(strips_.size());
+  pressures_.clear();
   for_each_strip([&](std::size_t s) {
     Wide potential = 0.0;
     for_each_block(strips_[s], [&](const auto& block) {
@@ -310,7 +291,9 @@ void Solver<K, S>::move(double dt) {
         cell = cell * static_cast<double>(active_end_[d] - active_begin_[d]) + trunc(x[d] * axis.inverse_h) - static_cast<double>(active_begin_[d]);
       }
       potential += block.load_once(points_.mass) * height;
-      block.store(select(inside, cell, Wide(0.0)), cell_);
+      cell = select(inside, cell, Wide(0.0));
+      block.store(cell, cell_);
+      give_pressure(block, cell);
       if (!all(inside))
         for (std::size_t lane = 0; lane < block.count; ++lane)
           if (!inside[lane]) sums[s].escaped = static_cast<std::ptrdiff_t>(block(lane));
@@ -325,7 +308,7 @@ void Solver<K, S>::move(double dt) {
       const Vec3 x = position(p);
       throw SolverError(fmt::format("point {}: left the grid at ({:.4g}, {:.4g}, {:.4g}) m, t = {:.4g} s (speed {:.3g} m/s) "
                                     "lengthen geometry.floor_length, or lower mpm.time_step_fraction if the speed is absurd",
-                                    points_.id[p], x[0], x[1], x[2], time_ + dt, velocity(p).norm()));
+                                    points_.id[p], x[0], x[1], x[2], time_, velocity(p).norm()));
     }
   }
   ledger_.time_integration += ledger_.potential - potential;
@@ -348,6 +331,7 @@ void Solver<K, S>::update_stress(double dt) {
   });
   const EnergyLedger before = ledger_;
   ledger_.stored = ledger_.fluctuation = 0.0;
+  fastest_ = {};
   for (const Sums& s : sums) {
     if (s.escaped >= 0) {
       const auto p = static_cast<std::size_t>(s.escaped);
@@ -360,6 +344,7 @@ void Solver<K, S>::update_stress(double dt) {
     ledger_.plastic += s.plastic;
     ledger_.collisional += s.collisional;
     ledger_.detached += s.detached;
+    if (s.fastest.rate > fastest_.rate) fastest_ = s.fastest;
     ledger_.mixing -= s.mixing;  // work that the points took and the grid did not give
     ledger_.time_integration += s.mixing - s.detached;
   }
@@ -369,11 +354,26 @@ void Solver<K, S>::update_stress(double dt) {
   ledger_.time_integration -= absorbed;
 }
 
-/// What the law is to see of the step, and the void ratios it leads to.
+/// What the law is to see of the step, and the void ratios it leads to. Points of a cell share its rate of volume change, and
+/// their void ratios relax to its mean, mass-weighted, so that the volume of the cell stays; the law sees the strain. Without this
+/// they would keep for ever what their void ratios differ by; on a critical-state locus 1e-5 of it is 1 kPa, and one point in
+/// four carries the load of all. Points more than twice as loose as any was at the start are not in contact with the others and
+/// do not mix.
 template <class K, class S>
-void Solver<K, S>::deform(const Strip& chunk, double dt, Update& update, Sums& sum) {
+[[gnu::flatten]] void Solver<K, S>::deform(const Strip& chunk, double dt, Update& update, Sums& sum) {
   std::copy_n(&points_.regime[chunk.begin], update.batch.size, update.batch.regime.begin());
+  const double tau = setup_.numerics.void_ratio_relaxation_time, mixing_rate = tau > 0.0 ? -std::expm1(-dt / tau) / dt : 0.0;
   for_each_block(chunk, [&](const auto& block) {
+    const Wide e = block.load(points_.void_ratio);
+    Wide volumetric_rate = 0.0;
+    if (setup_.numerics.averaging != VolumetricAveraging::cell) volumetric_rate = block.load(volumetric_rate_);
+    if (averages_rates()) {
+      const auto mean = rates_.take(block.load(cell_));
+      if (setup_.numerics.averaging == VolumetricAveraging::cell) volumetric_rate = mean.value;
+      const Wide mixing = select(e < loosest_mixed_, mixing_rate * (e - mean.other_value) / (1.0 + e), Wide(0.0));
+      block.from(chunk.begin).store(mixing, update.mixing.data());
+      volumetric_rate += mixing;
+    }
     const auto gradient = velocity_gradient_.load(block);
     Wide hoop = 0.0;
     if constexpr (K::axisymmetric) hoop = block.load(hoop_);
@@ -385,12 +385,12 @@ void Solver<K, S>::deform(const Strip& chunk, double dt, Update& update, Sums& s
     DeformationOf<Wide> step;
     step.D = {-L(0, 0), -L(1, 1), -L(2, 2),  // compression positive
               -r * (L(0, 1) + L(1, 0)), -r * (L(1, 2) + L(2, 1)), -r * (L(2, 0) + L(0, 2))};
-    step.D = plus_isotropic(step.D, (block.load(volumetric_rate_) - trace(step.D)) * (1.0 / 3));
+    step.D = plus_isotropic(step.D, (volumetric_rate - trace(step.D)) * (1.0 / 3));
     step.spin << 0.5 * (L(2, 1) - L(1, 2)), 0.5 * (L(0, 2) - L(2, 0)), 0.5 * (L(1, 0) - L(0, 1));
     step.dt = dt;
     // 1 + e_new = det(I + dt L) (1 + e)
     const Wide J = stretched_volume(dt * step.D, dt * step.spin);
-    step.void_ratio_old = block.load(points_.void_ratio);
+    step.void_ratio_old = e;
     step.void_ratio = (1.0 + step.void_ratio_old) * J - 1.0;
     const Wide loosest = loosest_void_ratio(points_.x.load(block), block.load(points_.mass));
     if (const auto fills = step.void_ratio >= loosest; any(fills)) {
@@ -414,34 +414,37 @@ void Solver<K, S>::deform(const Strip& chunk, double dt, Update& update, Sums& s
   });
 }
 
-/// What the law made of it, to the points and to the sums.
+/// What the law made of it, to the points and to the sums. What a law without fluctuations leaves at zero is not touched.
 template <class K, class S>
-void Solver<K, S>::book(const Strip& chunk, double dt, Update& update, Sums& sum) {
+[[gnu::flatten]] void Solver<K, S>::book(const Strip& chunk, double dt, Update& update, Sums& sum) {
   Batch& batch = update.batch;
   for (const std::size_t i : update.detached) batch.sigma[i].setZero();
   std::copy_n(batch.regime.begin(), batch.size, &points_.regime[chunk.begin]);
+  const bool fluctuates = body_->fluctuates();
   EnergiesOf<Wide> total;
   Wide mixed = 0.0;
   for_each_block(chunk, [&](const auto& block) {
     const auto row = block.from(chunk.begin);
     const auto now = batch.energies.load(row);
-    const auto stability = batch.stability.load(row);
     const auto sigma = batch.sigma.load(row);
     points_.sigma.store(sigma, block);
-    block.store(row.load(batch.granular_temperature), points_.granular_temperature);
     block.store(now.stored, points_.stored);
-    block.store(now.fluctuation, points_.fluctuation);
     block.store(block.load(points_.plastic) + now.plastic, points_.plastic);
-    block.store(block.load(points_.collisional) + now.collisional, points_.collisional);
-    block.store(stability.modulus, points_.modulus);
-    block.store(stability.viscosity, points_.viscosity);
     const Wide m = block.load_once(points_.mass), pressure = trace(sigma) * (1.0 / 3.0);
-    mixed += 0.5 * dt * volume(block) * (block.load(pressure_) + pressure) * block.load(mixing_);
-    block.store(pressure, pressure_);
+    if (averages_rates() || setup_.numerics.averaging != VolumetricAveraging::none) {
+      mixed += 0.5 * dt * volume(block) * (block.load(pressure_) + pressure) * row.load(update.mixing.data());
+      block.store(pressure, pressure_);
+    }
     total.stored += m * now.stored;
-    total.fluctuation += m * now.fluctuation;
     total.plastic += m * now.plastic;
-    total.collisional += m * now.collisional;
+    if (fluctuates) {
+      block.store(row.load(batch.granular_temperature), points_.granular_temperature);
+      block.store(now.fluctuation, points_.fluctuation);
+      block.store(block.load(points_.collisional) + now.collisional, points_.collisional);
+      total.fluctuation += m * now.fluctuation;
+      total.collisional += m * now.collisional;
+    }
+    limit_step(block, batch.stability.load(row), sum.fastest);
   });
   sum.stored += reduce(total.stored);
   sum.fluctuation += reduce(total.fluctuation);
@@ -505,38 +508,20 @@ void Solver<K, S>::conduct(double dt) {
 /// The internal force takes the pressure through the same average as the volumetric rate, so that the work of the two
 /// is the same: sum V p avg(tr D) = sum V avg(p) tr D.
 template <class K, class S>
-void Solver<K, S>::update_pressure_correction() {
+void Solver<K, S>::share_pressure() {
   const auto correct = [&](const auto& block, const Wide& mean) {
     block.store(mean - block.load(pressure_), points_.pressure_correction);
   };
   switch (setup_.numerics.averaging) {
     case VolumetricAveraging::none: return;
     case VolumetricAveraging::cell:
-      return average_over_cells(
-          [&](const auto& block) {
-            const Wide v = volume(block);
-            return CellSums<Wide>{v, v * block.load(pressure_)};
-          },
-          [&](const auto& block, const CellSums<Wide>& mean) { correct(block, mean.value); });
+      pressures_.divide();
+      return for_each_block([&](const auto& block) { correct(block, pressures_.take(block.load(cell_)).value); });
     case VolumetricAveraging::nodal:
       scratch_ = pressure_;
       average_over_nodes(scratch_);
       return for_each_block([&](const auto& block) { correct(block, block.load(scratch_)); });
   }
-}
-
-/// Each point gives, give(block) -> CellSums<Wide>, and takes the means, take(block, means); what comes of no weight is of no
-/// meaning.
-template <class K, class S>
-template <class Give, class Take>
-void Solver<K, S>::average_over_cells(const Give& give, const Take& take) {
-  std::fill(cell_sums_.begin(), cell_sums_.end(), CellSums<double>{});
-  const auto rows_of = [&](const auto& block) {
-    return [&, cell = index_below(block.load(cell_))](std::size_t lane) { return &cell_sums_[static_cast<std::size_t>(cell[lane])].weight; };
-  };
-  for_each_block([&](const auto& block) { add_rows<CellSums>(give(block), rows_of(block)); });
-  for (auto& sum : cell_sums_) sum.value /= sum.weight, sum.other_value /= sum.other_weight;
-  for_each_block([&](const auto& block) { take(block, load_rows<CellSums>(rows_of(block))); });
 }
 
 /// Points to nodes and back, volume-weighted: avg_p = sum_i w_ip (sum_q w_iq V_q a_q)/(sum_q w_iq V_q).
@@ -576,34 +561,38 @@ void Solver<K, S>::measure_held_energy() {
 
 /// Largest stable step of a Kelvin-Voigt point on the grid [Belytschko2014, Eq. 6.2.19 with damping]:
 ///   dt = 2/omega (sqrt(1 + xi^2) - xi),  omega = 2 c sqrt(dim)/h,  xi = nu omega/(2 c^2),  nu = viscosity/density
-/// and no point may cross more than a fifth of a cell per step. (A point alone is stiffer than the bulk: c^2 sum_k dw_k^2/w_k summed
-/// over the axes, of quadratic B-splines up to 6 dim c^2/h^2; its limit is sqrt(2/3) of this one.) A law may lose all its stress, and with it all that limits
-/// the step; what it meets when contact comes back is not known before, but the step that was stable at the start, four
-/// times, still finds it in time.
+/// (A point alone is stiffer than the bulk: c^2 sum_k dw_k^2/w_k summed over the axes, of quadratic B-splines up to
+/// 6 dim c^2/h^2; its limit is sqrt(2/3) of this one.)
+template <class K, class S>
+template <class B>
+void Solver<K, S>::limit_step(const B& block, const StabilityOf<Wide>& of, Fastest& fastest) const {
+  const double k = largest_wave_number_;
+  const Wide inverse_density = (1.0 + block.load(points_.void_ratio)) * specific_volume_;
+  const Wide c2 = of.modulus * inverse_density, damping = 0.5 * k * (of.viscosity * inverse_density);
+  // 2/omega (sqrt(1 + xi^2) - xi) = 2/(k (sqrt(c^2 + (nu k/2)^2) + nu k/2)), without dividing by c
+  const Wide rate = k * (sqrt(c2 + damping * damping) + damping);
+  if (!any(rate > fastest.rate)) return;
+  for (std::size_t lane = 0; lane < Wide::size(); ++lane)
+    if (rate[lane] > fastest.rate) {
+      const std::size_t p = block(lane);
+      fastest = {rate[lane],
+                 damping[lane] * damping[lane] > c2[lane] ? Limit::viscous
+                 : points_.regime[p] == 3                 ? Limit::critical_state
+                                                          : Limit::elastic,
+                 points_.id[p]};
+    }
+}
+
+/// That of the fastest point, and no point may cross more than a fifth of a cell per step. A law may lose all its stress, and
+/// with it all that limits the step; what it meets when contact comes back is not known before, but the step that was stable at
+/// the start, four times, still finds it in time.
 template <class K, class S>
 TimeStep Solver<K, S>::stable_step() const {
-  const double h = setup_.numerics.h;
   TimeStep out{std::numeric_limits<double>::infinity(), Limit::none, 0};
-  const double k = 2.0 * std::sqrt(static_cast<double>(dim)) / h;  // largest wave number, times 2/2
-  for_each_block({0, points_.size()}, [&](const auto& block) {
-    const Wide inverse_density = (1.0 + block.load(points_.void_ratio)) * specific_volume_;
-    const Wide c2 = block.load(points_.modulus) * inverse_density, nu = block.load(points_.viscosity) * inverse_density;
-    // 2/omega (sqrt(1 + xi^2) - xi) = 2/(k (sqrt(c^2 + (nu k/2)^2) + nu k/2)), without dividing by c
-    const Wide damping = 0.5 * k * nu, rate = k * (sqrt(c2 + damping * damping) + damping);
-    if (!any(2.0 < out.dt * rate)) return;
-    for (std::size_t lane = 0; lane < Wide::size(); ++lane)
-      if (2.0 < out.dt * rate[lane]) {
-        const std::size_t p = block(lane);
-        out.dt = 2.0 / rate[lane];
-        out.limit = damping[lane] * damping[lane] > c2[lane] ? Limit::viscous
-                    : points_.regime[p] == 3                 ? Limit::critical_state
-                                                             : Limit::elastic;
-        out.point = points_.id[p];
-      }
-  });
+  if (fastest_.rate > 0.0) out = {2.0 / fastest_.rate, fastest_.limit, fastest_.point};
   if (4.0 * first_limit_ < out.dt) out = {4.0 * first_limit_, Limit::none, 0};
   out.dt *= setup_.numerics.time_step_fraction;
-  if (max_speed_ > 0.0) out.dt = std::min(out.dt, 0.2 * h / max_speed_);
+  if (max_speed_ > 0.0) out.dt = std::min(out.dt, 0.2 * setup_.numerics.h / max_speed_);
   return out;
 }
 

@@ -26,18 +26,18 @@ class WideArray {
   WideArray() = default;
   template <class... Component>
     requires(sizeof...(Component) == N)
-  WideArray(const Component&... c) : c_{std::bit_cast<Lanes>(Wide(c))...} {}
-  WideArray(const WideArray& a) { each([&](int i) { c_[i] = a.c_[i]; }); }
+  WideArray(const Component&... c) : c_{same(c)...} {}
+  WideArray(const WideArray& a) { each([&](int i) { c_[i] = same(a.c_[i]); }); }
   WideArray& operator=(const WideArray& a) {
-    each([&](int i) { c_[i] = a.c_[i]; });
+    each([&](int i) { c_[i] = same(a.c_[i]); });
     return *this;
   }
   static WideArray Zero() {
     return of([](int) { return Wide(0.0); });
   }
 
-  Wide& operator[](int i) { return reinterpret_cast<Wide&>(c_[i]); }
-  Wide operator[](int i) const { return std::bit_cast<Wide>(c_[i]); }
+  Wide& operator[](int i) { return c_[i]; }
+  const Wide& operator[](int i) const { return c_[i]; }
 
   friend WideArray operator+(const WideArray& a, const WideArray& b) {
     return of([&](int i) { return a[i] + b[i]; });
@@ -63,7 +63,7 @@ class WideArray {
   template <class F>
   static WideArray of(F&& f) {
     WideArray out;
-    each([&](int i) { out.c_[i] = std::bit_cast<Lanes>(Wide(f(i))); });
+    each([&](int i) { out.c_[i] = same(f(i)); });
     return out;
   }
   template <int Begin, int End>
@@ -73,7 +73,10 @@ class WideArray {
     return out;
   }
 
-  Lanes c_[N];
+  /// Copied as a class, the compiler would keep it in memory.
+  static Wide same(const Wide& x) { return std::bit_cast<Wide>(std::bit_cast<Lanes>(x)); }
+
+  Wide c_[N];
 };
 using WideTensor = WideArray<6>;
 

@@ -27,9 +27,9 @@ struct SolverStages {
       }
     solver.accelerate(dt);
     solver.gather(S::Gathered::both, dt);
-    solver.move(dt);
     solver.update_stress(dt);
     solver.time_ += dt;
+    solver.move();
   }
 };
 

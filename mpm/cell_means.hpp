@@ -1,0 +1,41 @@
+// Means of points over the cells they lie in: points give, then the sums are divided, then points take.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "mpm/wide.hpp"
+
+namespace grainpair {
+
+/// Two quantities of the points of a cell, each with its weight; divided by these, their means.
+template <class Real>
+struct CellSums {
+  Real weight = 0.0, value = 0.0, other_weight = 0.0, other_value = 0.0;
+};
+
+class CellMeans {
+ public:
+  void resize(std::size_t cells) { sums_.assign(cells, {}); }
+  void clear() { std::fill(sums_.begin(), sums_.end(), CellSums<double>{}); }
+  /// Adds what points bring to their cells, `cell` [number].
+  void give(const Wide& cell, const CellSums<Wide>& sums) {
+    const auto at = index_below(cell);
+    if (all(cell == Wide(cell[0]))) return add_sum<CellSums>(sums, &sums_[static_cast<std::size_t>(at[0])].weight);
+    add_rows<CellSums>(sums, [&](std::size_t lane) { return &sums_[static_cast<std::size_t>(at[lane])].weight; });
+  }
+  /// What comes of no weight is of no meaning.
+  void divide() {
+    for (auto& sum : sums_) sum.value /= sum.weight, sum.other_value /= sum.other_weight;
+  }
+  CellSums<Wide> take(const Wide& cell) const {
+    const auto at = index_below(cell);
+    if (all(cell == Wide(cell[0]))) return broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight);
+    return look_up<CellSums>(sums_.data(), at);
+  }
+
+ private:
+  std::vector<CellSums<double>> sums_;
+};
+
+}  // namespace grainpair
