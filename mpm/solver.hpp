@@ -242,7 +242,12 @@ class Solver final : public Simulation {
     pressures_.give(cell, {v, v * block.load(pressure_)});
   }
 
-  Vec constrained(Vec v, const std::array<int, dim>& node, double time) const;
+  Vec constrained(const Vec& v, const std::array<int, dim>& node, double time) const {
+    bool free = !setup_.gate.present;
+    for (int d = 0; d < dim; ++d) free = free && node[d] > 0 && node[d] < grid_.axes[d].nodes - 1;
+    return free ? v : constrained_here(v, node, time);
+  }
+  Vec constrained_here(Vec v, const std::array<int, dim>& node, double time) const;
   template <class B>
   Wide volume(const B& block) const {
     return block.load_once(points_.mass) * (1.0 + block.load(points_.void_ratio)) * specific_volume_;

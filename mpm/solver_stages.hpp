@@ -83,9 +83,9 @@ template <Affine Carried>
   });
 }
 
-/// What the walls make of a nodal velocity.
+/// What gate and walls make of a nodal velocity.
 template <class K, class S>
-auto Solver<K, S>::constrained(Vec v, const std::array<int, dim>& node, double time) const -> Vec {
+[[gnu::noinline]] auto Solver<K, S>::constrained_here(Vec v, const std::array<int, dim>& node, double time) const -> Vec {
   if (setup_.gate.present && v[0] > 0.0 &&
       setup_.gate.closes(grid_.axes[0].node_position[static_cast<std::size_t>(node[0])],
                          grid_.axes[1].node_position[static_cast<std::size_t>(node[1])], time))
