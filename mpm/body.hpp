@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <numeric>
 
@@ -17,6 +18,7 @@ struct Batch {
       : size(most), steps(most), sigma(most), energies(most), work(most), granular_temperature(most), stability(most), regime(most) {}
 
   std::size_t size;
+  bool in_plane = false;  // no motion, no stress across it: of tensors, yz and zx are zero, and of spins all but z
   Columns<DeformationOf> steps;
   Columns<Tensor> sigma;                     // [Pa]
   Columns<EnergiesOf> energies;              // [J/kg]; plastic and collisional of this step alone
@@ -24,6 +26,15 @@ struct Batch {
   std::vector<double> granular_temperature;  // [m2/s2]
   Columns<StabilityOf> stability;
   std::vector<std::uint8_t> regime;          // before the update that of the last step
+};
+
+/// What is zero in a plane: of a tensor, of a struct that begins with one, and of a step.
+struct InPlane {
+  static constexpr Range tensor{4, 6}, step{4, 8};
+};
+/// Nothing.
+struct InSpace {
+  static constexpr Range tensor{}, step{};
 };
 
 class Body {
@@ -70,13 +81,21 @@ class BodyOf final : public Body {
     }
   }
 
-  [[gnu::flatten]] void update(std::size_t first, Batch& batch) override {
+  void update(std::size_t first, Batch& batch) override {
+    if (batch.in_plane)
+      update_all<InPlane>(first, batch);
+    else
+      update_all<InSpace>(first, batch);
+  }
+
+  template <class Where>
+  [[gnu::flatten]] void update_all(std::size_t first, Batch& batch) {
     if constexpr (!requires { Law::regimes_cost_differently; }) {
       const Law law = law_;  // which no store can change
-      for_each_block(0, batch.size, [&](const auto& block) { update(law, first, batch, block); });
+      for_each_block(0, batch.size, [&](const auto& block) { update<Where>(law, first, batch, block); });
     } else
       for (std::size_t begin = 0; begin < batch.size; begin += window)
-        update_by_regime(first, batch, begin, std::min(begin + window, batch.size));
+        update_by_regime<Where>(first, batch, begin, std::min(begin + window, batch.size));
   }
 
   void reorder(std::span<const std::uint32_t> order) override { state_.reorder(order); }
@@ -102,15 +121,25 @@ class BodyOf final : public Body {
   }
 
  private:
+  /// The elastic strain is the one tensor of a state, and its first member.
+  template <class Where>
+  static constexpr Range state_without = [] {
+    if constexpr (requires(State<double> state) { state.strain; }) {
+      static_assert(offsetof(State<double>, strain) == 0);
+      return Where::tensor;
+    }
+    return Range{};
+  }();
   static constexpr std::size_t window = 256;  // points of which those of one regime are brought together
 
   /// Blocks of one regime as they are; what the others hold, regime by regime.
+  template <class Where>
   void update_by_regime(std::size_t first, Batch& batch, std::size_t begin, std::size_t end) {
     std::array<std::uint32_t, window> mixed;
     std::size_t count = 0;
     for_each_block(begin, end, [&](const auto& block) {
       const auto* const regime = &batch.regime[block.first];
-      if (std::all_of(regime, regime + block.count, [&](auto r) { return r == *regime; })) return update(law_, first, batch, block);
+      if (std::all_of(regime, regime + block.count, [&](auto r) { return r == *regime; })) return update<Where>(law_, first, batch, block);
       for (std::size_t lane = 0; lane < block.count; ++lane) mixed[count++] = static_cast<std::uint32_t>(block(lane));
     });
     std::array<std::uint16_t, 257> next{};
@@ -121,16 +150,16 @@ class BodyOf final : public Body {
     for (std::size_t i = 0; i < count; i += Wide::size()) {
       Scattered at;  // what is left over repeats the last
       for (std::size_t lane = 0; lane < Wide::size(); ++lane) at.points[lane] = order[std::min(i + lane, count - 1)];
-      update(law_, first, batch, at);
+      update<Where>(law_, first, batch, at);
     }
   }
 
-  template <class At>
+  template <class Where, class At>
   void update(const Law& law, std::size_t first, Batch& batch, const At& at) {
-    const auto step = batch.steps.load(at);
-    const auto r = law.update(state_.load(at.beyond(first)), step);
-    state_.store(r.state, at.beyond(first));
-    batch.sigma.store(r.sigma, at);
+    const auto step = batch.steps.load(at, Where::step);
+    const auto r = law.update(state_.load(at.beyond(first), state_without<Where>), step);
+    state_.store(r.state, at.beyond(first), state_without<Where>);
+    batch.sigma.store(r.sigma, at, Where::tensor);
     batch.energies.store(r.energies, at);
     at.store(r.work, batch.work.data());
     at.store(law.granular_temperature(r.state), batch.granular_temperature.data());

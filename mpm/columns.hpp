@@ -64,6 +64,12 @@ void for_each_block(std::size_t begin, std::size_t end, F&& f) {
   if (begin < end) f(Consecutive<false>{begin, end - begin});
 }
 
+/// Of columns.
+struct Range {
+  std::size_t begin = 0, end = 0;
+  constexpr bool holds(std::size_t c) const { return c >= begin && c < end; }
+};
+
 template <class T>
 concept EigenMatrix = std::is_base_of_v<Eigen::MatrixBase<T>, T>;
 
@@ -84,17 +90,20 @@ class Columns {
   }
   std::size_t size() const { return size_; }
 
+  /// But for the columns `without.begin` ... `without.end` - 1, which are zero.
   template <class At>
-  Struct<Wide> load(const At& at) const {
+  Struct<Wide> load(const At& at, const Range& without = {}) const {
     Struct<Wide> out;
     auto* const to = reinterpret_cast<Wide*>(&out);
-    each([&](std::size_t c) { to[c] = at.load(column(c)); });
+    each([&](std::size_t c) { to[c] = without.holds(c) ? Wide(0.0) : at.load(column(c)); });
     return out;
   }
   template <class At>
-  void store(const Struct<Wide>& from, const At& at) {
+  void store(const Struct<Wide>& from, const At& at, const Range& without = {}) {
     const auto* const in = reinterpret_cast<const Wide*>(&from);
-    each([&](std::size_t c) { at.store(in[c], column(c)); });
+    each([&](std::size_t c) {
+      if (!without.holds(c)) at.store(in[c], column(c));
+    });
   }
 
   /// One point's: a copy of a struct, a view of a vector or matrix.

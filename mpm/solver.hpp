@@ -177,6 +177,7 @@ class Solver final : public Simulation {
   using VecOf = VectorOf<dim, Real>;
   template <class Real>
   using MatOf = MatrixOf<dim, Real>;
+  using Where = std::conditional_t<dim == 2, InPlane, InSpace>;
   enum class Forces { without, with };
   enum class Gathered { velocity, gradient, both };
 
@@ -319,6 +320,7 @@ class Solver final : public Simulation {
     for (std::size_t p = strip.begin; p < strip.end; p += Update::most) {
       const Strip chunk{p, std::min(p + Update::most, strip.end)};
       update.batch.size = chunk.end - chunk.begin;
+      update.batch.in_plane = dim == 2;
       update.detached.clear();
       f(chunk, update);
     }

@@ -410,7 +410,7 @@ template <class K, class S>
     block.store(step.void_ratio, points_.void_ratio);
     block.store(block.load(points_.deviatoric_strain) + dt * std::sqrt(2.0 / 3.0) * deviator(step.D).norm(),
                 points_.deviatoric_strain);
-    update.batch.steps.store(step, block.from(chunk.begin));
+    update.batch.steps.store(step, block.from(chunk.begin), Where::step);
   });
 }
 
@@ -426,8 +426,8 @@ template <class K, class S>
   for_each_block(chunk, [&](const auto& block) {
     const auto row = block.from(chunk.begin);
     const auto now = batch.energies.load(row);
-    const auto sigma = batch.sigma.load(row);
-    points_.sigma.store(sigma, block);
+    const auto sigma = batch.sigma.load(row, Where::tensor);
+    points_.sigma.store(sigma, block, Where::tensor);
     block.store(now.stored, points_.stored);
     block.store(block.load(points_.plastic) + now.plastic, points_.plastic);
     const Wide m = block.load_once(points_.mass), pressure = trace(sigma) * (1.0 / 3.0);
