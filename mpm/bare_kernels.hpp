@@ -1,6 +1,7 @@
-// What this machine does at best with the arithmetic of a step: quadratic B-splines in closed form, affine transfer, a linear
-// law, points in cell order and kept four by four as the kernels take them; no walls, no energies, no averages, no
-// re-sorting. The solver's speed is stated as a fraction of this.
+// What this machine does at best with the arithmetic of a step: quadratic B-splines in closed form, affine transfer, linear
+// elasticity with Jaumann's rate and the Drucker-Prager cone, points in cell order and kept four by four as the kernels take them; no
+// walls, no energies, no averages, no increments beside the velocities, no re-sorting. The solver's speed is stated as a fraction of
+// this.
 #pragma once
 
 #include <array>
@@ -45,7 +46,7 @@ class BareKernels {
     for (const Points& p : points_) to_grid(p);
     for (auto& node : nodes_) {
       if (node.mass <= 0.0) continue;
-      node.motion = (node.motion + dt * node.change) / node.mass;
+      node.motion = (node.motion - dt * node.change) / node.mass;
       node.motion[1] -= dt;
     }
     for (Points& p : points_) to_point(p, dt);
@@ -60,9 +61,13 @@ class BareKernels {
   template <class Real>
   using Velocity = VectorOf<Dim, Real>;
 
+  using Stress = WideArray<Dim == 2 ? 4 : 6>;  // xx, yy, zz, xy, yz, zx; tension positive
+  static constexpr double lambda = 1.0, mu = 1.0, slope = 0.5;
+
   struct Points {
     Vec x = Vec::Zero(), v = Vec::Zero();
-    Mat gradient = zero(), stress = zero();
+    Mat gradient = zero();
+    Stress stress = Stress::Zero();
   };
   struct Place {
     std::array<std::array<Wide, support>, Dim> w, dw, xi;
@@ -71,6 +76,39 @@ class BareKernels {
   static Mat zero() {
     Mat out;
     out.fill(Vec::Zero());
+    return out;
+  }
+
+  /// The number of sigma_ij.
+  static constexpr int component(int i, int j) { return i == j ? i : i + j == 1 ? 3 : i + j == 3 ? 4 : 5; }
+  static Vec row(const Stress& stress, int i) {
+    Vec out;
+    for (int j = 0; j < Dim; ++j) out[j] = stress[component(i, j)];
+    return out;
+  }
+  /// The step's strain and rotation, then back to |dev sigma| = slope p.
+  static Stress updated(const Stress& old, const Mat& gradient, double dt) {
+    Wide volumetric = 0.0;
+    for (int d = 0; d < Dim; ++d) volumetric += gradient[d][d];
+    const auto spin = [&](int i, int j) { return 0.5 * (gradient[j][i] - gradient[i][j]); };
+    Stress trial = old;
+    for (int i = 0; i < 3; ++i) trial[i] += (lambda * dt) * volumetric;
+    for (int i = 0; i < Dim; ++i)
+      for (int j = i; j < Dim; ++j) {
+        Wide rate = mu * (gradient[j][i] + gradient[i][j]);
+        for (int k = 0; k < Dim; ++k) {
+          if (k != i) rate += spin(i, k) * old[component(k, j)];
+          if (k != j) rate += spin(j, k) * old[component(i, k)];
+        }
+        trial[component(i, j)] += dt * rate;
+      }
+    const Wide pressure = (trial[0] + trial[1] + trial[2]) * (-1.0 / 3.0);
+    for (int i = 0; i < 3; ++i) trial[i] += pressure;
+    Wide length2 = trial[0] * trial[0] + trial[1] * trial[1] + trial[2] * trial[2];
+    for (int n = 3; n < (Dim == 2 ? 4 : 6); ++n) length2 += 2.0 * trial[n] * trial[n];
+    const Wide limit = slope * larger(pressure, Wide(0.0));
+    Stress out = select(length2 > limit * limit, limit / sqrt(length2), Wide(1.0)) * trial;
+    for (int i = 0; i < 3; ++i) out[i] -= pressure;
     return out;
   }
 
@@ -99,11 +137,11 @@ class BareKernels {
   [[gnu::flatten]] void to_grid(const Points& p) {
     const Place at = place(p.x);
     for_each_row([&](int offset, int i, int j) {
-      Vec momentum = p.v + at.xi[0][i] * p.gradient[0], force = at.dw[0][i] * p.stress[0];
+      Vec momentum = p.v + at.xi[0][i] * p.gradient[0], force = at.dw[0][i] * row(p.stress, 0);
       Wide w = at.w[0][i];
       if constexpr (Dim == 3) {
         momentum += at.xi[1][j] * p.gradient[1];
-        force = at.w[1][j] * force + (w * at.dw[1][j]) * p.stress[1];
+        force = at.w[1][j] * force + (w * at.dw[1][j]) * row(p.stress, 1);
         w *= at.w[1][j];
       }
       constexpr int last = Dim - 1;
@@ -111,7 +149,7 @@ class BareKernels {
         NodeNumbers<Wide> given{};
         given.mass = w * at.w[last][k];
         given.motion = given.mass * (momentum + at.xi[last][k] * p.gradient[last]);
-        given.change = at.w[last][k] * force + (w * at.dw[last][k]) * p.stress[last];
+        given.change = at.w[last][k] * force + (w * at.dw[last][k]) * row(p.stress, last);
         add_sum<NodeNumbers>(given, at.first[offset + k].motion.data());
       }
     });
@@ -119,7 +157,7 @@ class BareKernels {
   [[gnu::flatten]] void to_point(Points& p, double dt) {
     const Place at = place(p.x);
     Vec v = Vec::Zero();
-    Mat slope = zero();
+    Mat gradient = zero();
     for_each_row([&](int offset, int i, int j) {
       constexpr int last = Dim - 1;
       Vec value = Vec::Zero(), along = Vec::Zero();
@@ -129,15 +167,15 @@ class BareKernels {
       }
       Wide w = at.w[0][i], dw = at.dw[0][i];
       if constexpr (Dim == 3) {
-        slope[1] += (w * at.dw[1][j]) * value;
+        gradient[1] += (w * at.dw[1][j]) * value;
         w *= at.w[1][j], dw *= at.w[1][j];
       }
-      v += w * value, slope[0] += dw * value, slope[last] += w * along;
+      v += w * value, gradient[0] += dw * value, gradient[last] += w * along;
     });
     p.v = v;
     p.x += Wide(dt) * v;
-    p.gradient = slope;
-    for (int d = 0; d < Dim; ++d) p.stress[d] = p.stress[d] - Wide(dt) * slope[d];  // linear law
+    p.gradient = gradient;
+    p.stress = updated(p.stress, gradient, dt);
   }
 
   int side_;

@@ -14,15 +14,15 @@ namespace grainpair {
 
 /// What the first `size` points bring to an update and take away.
 struct Batch {
-  explicit Batch(std::size_t most)
-      : size(most), steps(most), sigma(most), energies(most), work(most), granular_temperature(most), stability(most), regime(most) {}
+  explicit Batch(std::size_t most, bool with_work = true)
+      : size(most), steps(most), sigma(most), energies(most), work(with_work ? most : 0), granular_temperature(most), stability(most), regime(most) {}
 
   std::size_t size;
   bool in_plane = false;  // no motion, no stress across it: of tensors, yz and zx are zero, and of spins all but z
   Columns<DeformationOf> steps;
   Columns<Tensor> sigma;                     // [Pa]
   Columns<EnergiesOf> energies;              // [J/kg]; plastic and collisional of this step alone
-  std::vector<double> work;                  // [J/kg] stress work of this step
+  std::vector<double> work;                  // [J/kg] stress work of this step, if it has room for it
   std::vector<double> granular_temperature;  // [m2/s2]
   Columns<StabilityOf> stability;
   std::vector<std::uint8_t> regime;          // before the update that of the last step
@@ -74,7 +74,7 @@ class BodyOf final : public Body {
       state_.set(first + i, r.state);
       batch.sigma[i] = r.sigma;
       batch.energies.set(i, r.energies);
-      batch.work[i] = r.work;
+      if (!batch.work.empty()) batch.work[i] = r.work;
       batch.granular_temperature[i] = law_.granular_temperature(r.state);
       batch.stability.set(i, law_.stability(r.state, initial[i].void_ratio));
       batch.regime[i] = static_cast<std::uint8_t>(r.regime);
@@ -100,7 +100,7 @@ class BodyOf final : public Body {
 
   void reorder(std::span<const std::uint32_t> order) override { state_.reorder(order); }
 
-  bool fluctuates() const override { return !std::is_base_of_v<Athermal, Law>; }
+  bool fluctuates() const override { return !athermal; }
 
   double conductivity(std::size_t point, double void_ratio) const override {
     if constexpr (Conducts<Law>) return law_.conductivity(state_[point], void_ratio);
@@ -121,6 +121,11 @@ class BodyOf final : public Body {
   }
 
  private:
+  static constexpr bool athermal = std::is_base_of_v<Athermal, Law>;
+  /// What such a law leaves at zero: fluctuation and collisional, and viscosity.
+  struct Zeros {
+    static constexpr Range energies = athermal ? Range{2, 4} : Range{}, stability = athermal ? Range{1, 2} : Range{};
+  };
   /// The elastic strain is the one tensor of a state, and its first member.
   template <class Where>
   static constexpr Range state_without = [] {
@@ -160,10 +165,10 @@ class BodyOf final : public Body {
     const auto r = law.update(state_.load(at.beyond(first), state_without<Where>), step);
     state_.store(r.state, at.beyond(first), state_without<Where>);
     batch.sigma.store(r.sigma, at, Where::tensor);
-    batch.energies.store(r.energies, at);
-    at.store(r.work, batch.work.data());
-    at.store(law.granular_temperature(r.state), batch.granular_temperature.data());
-    batch.stability.store(law.stability(r.state, step.void_ratio), at);
+    batch.energies.store(r.energies, at, Zeros::energies);
+    if (!batch.work.empty()) at.store(r.work, batch.work.data());
+    if constexpr (!athermal) at.store(law.granular_temperature(r.state), batch.granular_temperature.data());
+    batch.stability.store(law.stability(r.state, step.void_ratio), at, Zeros::stability);
     for (std::size_t lane = 0; lane < Wide::size(); ++lane) batch.regime[at(lane)] = static_cast<std::uint8_t>(r.regime[lane]);
   }
 

@@ -31,13 +31,13 @@ struct DeformationOf {
 };
 using Deformation = DeformationOf<double>;
 
-/// Energies per unit mass of solid [J/kg]: the first two are held in the new state, the last two were dissipated
-/// during the update. sigma_bar : D dt (1+e)/rho_s = d(stored + fluctuation) + plastic + collisional, where
+/// Energies per unit mass of solid [J/kg]: stored and fluctuation are held in the new state, plastic and collisional were
+/// dissipated during the update. sigma_bar : D dt (1+e)/rho_s = d(stored + fluctuation) + plastic + collisional, where
 /// sigma_bar is the mean stress `work_stress` the law reports.
 template <class Real>
 struct EnergiesOf {
-  Real stored = 0.0, fluctuation = 0.0;
-  Real plastic = 0.0, collisional = 0.0;
+  Real stored = 0.0, plastic = 0.0;
+  Real fluctuation = 0.0, collisional = 0.0;
 };
 using Energies = EnergiesOf<double>;
 

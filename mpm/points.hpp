@@ -37,7 +37,7 @@ struct Points {
 
   void resize(std::size_t n) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // whatever is not set shows
-    x.resize(n, nan), v.resize(n), affine.resize(n), sigma.resize(n, nan);
+    x.resize(n, nan), v.resize(n), affine.resize(n), sigma.resize(n);
     for (auto* field : {&mass, &void_ratio}) field->resize(n, nan);
     for (auto* field : {&granular_temperature, &pressure_correction, &stored, &fluctuation, &plastic, &collisional, &conducted, &deviatoric_strain})
       field->resize(n, 0.0);

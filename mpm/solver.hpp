@@ -205,7 +205,7 @@ class Solver final : public Simulation {
   /// Points on their way through the law: few enough to stay in the cache meanwhile.
   struct Update {
     static constexpr std::size_t most = 64;
-    Batch batch{most};
+    Batch batch{most, false};
     std::vector<double> mixing = std::vector<double>(most);  // what mixing adds to the volumetric rate [1/s]
     std::vector<std::size_t> detached;  // points of the batch
   };

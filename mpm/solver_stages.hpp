@@ -444,7 +444,9 @@ template <class K, class S>
       total.fluctuation += m * now.fluctuation;
       total.collisional += m * now.collisional;
     }
-    limit_step(block, batch.stability.load(row), sum.fastest);
+    auto stability = batch.stability.load(row);
+    if (!fluctuates) stability.viscosity = 0.0;
+    limit_step(block, stability, sum.fastest);
   });
   sum.stored += reduce(total.stored);
   sum.fluctuation += reduce(total.fluctuation);
