@@ -97,6 +97,7 @@ struct BSpline {
       inside(t, [&](int k, const Real& value, const Real& slope) {
         out.set(k, value, axis.inverse_h * slope, axis.h * (k - 0.5 * (P - 1) - t));
       });
+      if constexpr (P == 2) out.inertia = 0.25 * axis.h * axis.h;
       return;
     }
     const auto here = look_up<Cell>(axis.cell_table.data(), index_below(cell));

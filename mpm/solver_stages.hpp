@@ -105,7 +105,7 @@ template <class K, class S>
 template <class K, class S>
 void Solver<K, S>::accelerate(double dt) {
   struct Work {
-    double before = 0.0, after = 0.0, internal = 0.0, gravity = 0.0, wall = 0.0;
+    double gain = 0.0, wall = 0.0;  // of kinetic energy; taken by the walls
   };
   std::vector<Work> columns(static_cast<std::size_t>(active_end_[0]));
   for_each_active_column([&](int i) {
@@ -117,26 +117,23 @@ void Solver<K, S>::accelerate(double dt) {
         node.change.setZero();
         return;
       }
-      const Vec mapped = node.motion / m;
+      const double inverse = 1.0 / m;
+      const Vec mapped = inverse * node.motion;
       const Vec old = constrained(mapped, index, time_);
-      const Vec force = node.change;
-      const Vec free = old + dt * (force / m + setup_.gravity);
+      const Vec free = old + dt * (inverse * node.change + setup_.gravity);
       const Vec v = constrained(free, index, time_ + dt);
-      const Vec mean = 0.5 * (old + v);
-      sum.before += 0.5 * m * old.squaredNorm();
-      sum.after += 0.5 * m * v.squaredNorm();
-      sum.internal += dt * force.dot(mean);
-      sum.gravity += dt * m * setup_.gravity.dot(mean);
-      sum.wall -= m * (v - free).dot(mean);
+      const Vec momentum = (0.5 * m) * (old + v);
+      sum.gain += momentum.dot(v - old);
+      sum.wall += momentum.dot(free - v);
       node.motion = v;
       node.change = v - mapped;
     });
     columns[static_cast<std::size_t>(i)] = sum;
   });
   for (const Work& c : columns) {
-    ledger_.transfer += c.after - c.before;  // the points book the other halves of both mappings
+    ledger_.transfer += c.gain;  // the points book the other halves of both mappings
     ledger_.wall += c.wall;
-    ledger_.time_integration -= c.internal + c.gravity;  // until law and potential energy book theirs
+    ledger_.time_integration -= c.gain + c.wall;  // work of force and gravity, until law and potential energy book theirs
   }
 }
 
