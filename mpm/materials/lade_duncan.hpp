@@ -106,12 +106,15 @@ class LadeDuncan {
                             const Mask<Real>& wanted = Mask<Real>(true)) const {
     const double c = elasticity.coupling, n = elasticity.n;
     // a = a_axis (1 + |eta|^2/c)^(-n/2), with a_axis = (p/pa)^(1-n)/(k(1-n))
-    return project(elasticity, trial_deviator, elasticity.size(p), wanted, [c, n](const Iterate<Real>& z) {
-      const Real r2 = (z.x * z.x + z.y * z.y) / c;
-      const Real size = n == 0.5   ? 1.0 / sqrt(sqrt(1.0 + r2))
-                        : n == 0.0 ? Real(1.0)
-                                   : power(1.0 + r2, -0.5 * n);
-      const Real slope = -n * size / (c * (1.0 + r2));
+    return project(elasticity, trial_deviator, elasticity.size(p), wanted, [n, inverse_c = 1.0 / c](const Iterate<Real>& z) {
+      const Real r2 = (z.x * z.x + z.y * z.y) * inverse_c;
+      if (n == 0.5) {
+        const Real size = 1.0 / sqrt(sqrt(1.0 + r2)), size2 = size * size;
+        const Real slope = (-n * inverse_c) * (size * size2 * size2);
+        return Size<Real>{size, slope * z.x, slope * z.y, 0.0};
+      }
+      const Real size = n == 0.0 ? Real(1.0) : power(1.0 + r2, -0.5 * n);
+      const Real slope = (-n * inverse_c) * size / (1.0 + r2);
       return Size<Real>{size, slope * z.x, slope * z.y, 0.0};
     });
   }
@@ -183,8 +186,8 @@ class LadeDuncan {
       const Real det = axx * ayy - axy * ayx;
       const Real ux = ayy * fx - axy * fy, uy = axx * fy - ayx * fx;
       const Real vx = ayy * gx - axy * gy, vy = axx * gy - ayx * gx;
-      const Real inverse = 1.0 / det;
-      const Real dm = (f * det - z.nx * ux - z.ny * uy) / (z.nx * vx + z.ny * vy);
+      const Real across = z.nx * vx + z.ny * vy, both = 1.0 / (det * across), inverse = across * both;
+      const Real dm = (f * det - z.nx * ux - z.ny * uy) * (det * both);
       const Real dx = -(ux + vx * dm) * inverse, dy = -(uy + vy * dm) * inverse;
       z.x = select(pending, z.x + dx, z.x), z.y = select(pending, z.y + dy, z.y);
       z.m = select(pending, z.m + dm, z.m);

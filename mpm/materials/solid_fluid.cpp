@@ -87,7 +87,7 @@ class SolidFluid {
       const Real gdot2 = 2.0 * dev.squaredNorm();
       const auto c = gas_.coefficients(e, sqrt(gdot2), old_speed);
       const Real s = gas_.advance(c, old_speed, gdot2, trD, dt);
-      const Real Y = gas_.softened(c, s), density = gas_.parameters.density / (1.0 + e);
+      const Real Y = gas_.softened(c, s), density = gas_.parameters.density * (1.0 / (1.0 + e));
       const Real p_c = c.P * Y * s * s, eta = c.H * Y * s, lam = c.B * Y * s;  // per bulk density
       const auto matter = (1.0 + e) * KineticTheory::void_fraction < 1.0;
       const Real bulk = select(matter, density, Real(0.0));

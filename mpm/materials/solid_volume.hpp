@@ -27,7 +27,7 @@ struct SolidVolume {
   /// sigma/tau at void ratio e
   template <class Real>
   Real cauchy(const Real& e) const {
-    return (1.0 + reference_void_ratio) / (1.0 + e);
+    return (1.0 + reference_void_ratio) * (1.0 / (1.0 + e));  // a quotient that others share
   }
 };
 
