@@ -1,5 +1,5 @@
-// From points to the nodes of space. A node's numbers fill two registers, and so do a point's own and their slopes along each
-// axis: each point goes by itself.
+// From points to the nodes of space. What points that share their nodes give is summed before it goes to a node. Else each point
+// goes by itself: a node's numbers fill two registers, and so do a point's own and their slopes along each axis.
 #pragma once
 
 #include "mpm/interpolation.hpp"
