@@ -417,7 +417,7 @@ template <class K, class S>
   Batch& batch = update.batch;
   for (const std::size_t i : update.detached) batch.sigma[i].setZero();
   std::copy_n(batch.regime.begin(), batch.size, &points_.regime[chunk.begin]);
-  const bool fluctuates = body_->fluctuates();
+  const bool fluctuates = body_->fluctuates(), mixes = averages_rates();
   EnergiesOf<Wide> total;
   Wide mixed = 0.0;
   for_each_block(chunk, [&](const auto& block) {
@@ -428,10 +428,8 @@ template <class K, class S>
     block.store(now.stored, points_.stored);
     block.store(block.load(points_.plastic) + now.plastic, points_.plastic);
     const Wide m = block.load_once(points_.mass), pressure = trace(sigma) * (1.0 / 3.0);
-    if (averages_rates() || setup_.numerics.averaging != VolumetricAveraging::none) {
-      mixed += 0.5 * dt * volume(block) * (block.load(pressure_) + pressure) * row.load(update.mixing.data());
-      block.store(pressure, pressure_);
-    }
+    if (mixes) mixed += 0.5 * dt * volume(block) * (block.load(pressure_) + pressure) * row.load(update.mixing.data());
+    if (mixes || setup_.numerics.averaging != VolumetricAveraging::none) block.store(pressure, pressure_);
     total.stored += m * now.stored;
     total.plastic += m * now.plastic;
     if (fluctuates) {
