@@ -21,11 +21,15 @@ struct Weights {
   static constexpr int support = Support;
   Real first;                               // number of the first node
   std::array<Real, Support> w, dw, moment;  // value [-], slope [1/m], value times (node's position - point's) [m]
-  Real inertia;                             // sum_k w_k (X_k - x)^2 [m2]
+  Real inertia, inverse_inertia;            // D = sum_k w_k (X_k - x)^2, kept away from zero [m2]; 1/D [1/m2]
 
   void set(int k, const Real& value, const Real& slope, const Real& xi) {
     w[k] = value, dw[k] = slope, moment[k] = value * xi;
     inertia += moment[k] * xi;
+  }
+  void invert(double h) {
+    inertia = larger(inertia, Real(1e-12 * h * h));
+    inverse_inertia = 1.0 / inertia;
   }
 };
 
@@ -97,7 +101,10 @@ struct BSpline {
       inside(t, [&](int k, const Real& value, const Real& slope) {
         out.set(k, value, axis.inverse_h * slope, axis.h * (k - 0.5 * (P - 1) - t));
       });
-      if constexpr (P == 2) out.inertia = 0.25 * axis.h * axis.h;
+      if constexpr (P == 2)
+        out.inertia = 0.25 * axis.h * axis.h, out.inverse_inertia = 4.0 * axis.inverse_h * axis.inverse_h;
+      else
+        out.invert(axis.h);
       return;
     }
     const auto here = look_up<Cell>(axis.cell_table.data(), index_below(cell));
@@ -109,6 +116,7 @@ struct BSpline {
       }
       out.set(k, value, axis.inverse_h * slope, here.node[k] - x);
     }
+    out.invert(axis.h);
   }
 
  private:
@@ -164,6 +172,7 @@ struct Gimp {
       const Real rise = select(k == 0 ? r <= 0.0 : r < 0.0, Real(axis.inverse_h), Real(-axis.inverse_h));
       out.set(k, select(wide, mean, hat(axis, r)), select(wide, slope, select(abs(r) < axis.h, rise, Real(0.0))), node - x);
     }
+    out.invert(axis.h);
   }
 
  private:

@@ -286,10 +286,6 @@ class Solver final : public Simulation {
       case Affine::gradient: return f(std::integral_constant<Affine, Affine::gradient>{});
     }
   }
-  /// D_p of one axis, kept away from zero [m2].
-  Wide inertia(const Weights<Wide, Shape::support>& n) const {
-    return larger(n.inertia, Wide(1e-12 * setup_.numerics.h * setup_.numerics.h));
-  }
   /// f(strip) over all strips; those that run at the same time share no node and no cell.
   template <class F>
   void for_each_strip(F&& f) {

@@ -71,7 +71,7 @@ template <Affine Carried>
     if constexpr (Carried != Affine::none) {
       const auto carried = points_.affine.load(block);
       for (int d = 0; d < dim; ++d)
-        given.momentum_slope[d] = (Carried == Affine::moment ? given.mass / inertia(at.n[d]) : given.mass) * carried[d];
+        given.momentum_slope[d] = (Carried == Affine::moment ? at.n[d].inverse_inertia * given.mass : given.mass) * carried[d];
     }
     if (forces == Forces::with) {
       const auto stress = volume(block) * plus_isotropic(points_.sigma.load(block), block.load(points_.pressure_correction));
@@ -232,7 +232,7 @@ template <Affine Carried>
         Eigen::Matrix<Wide, dim, dim> own, increment, grid_gradient;
         MatOf<Wide> gradient = points_.affine.load(block);
         for (int d = 0; d < dim; ++d) {
-          const Wide inverse = 1.0 / inertia(at.n[d]);
+          const Wide inverse = at.n[d].inverse_inertia;
           for (int i = 0; i < dim; ++i) {
             own(i, d) = gradient[d][i];
             increment(i, d) = inverse * all.moment_increment[d][i];
