@@ -227,18 +227,22 @@ class Solver final : public Simulation {
   void share_pressure();
   void average_over_nodes(std::vector<double>& field);
   void measure_held_energy();
-  void deform(const Strip& chunk, double dt, Update& update, Sums& sum);
+  void deform(const Strip& chunk, double dt, double mixing_rate, Update& update, Sums& sum);
   void book(const Strip& chunk, double dt, Update& update, Sums& sum);
   template <class B>
   void limit_step(const B& block, const StabilityOf<Wide>& of, Fastest& fastest) const;
 
+  /// Fraction of the way that a step takes a relaxation of time tau; without one, none.
+  static double relaxed(double dt, double tau) { return tau > 0.0 ? -std::expm1(-dt / tau) : 0.0; }
   /// Whether points take the mean volumetric rate or the mean void ratio of their cells.
   bool averages_rates() const {
     return setup_.numerics.averaging == VolumetricAveraging::cell || setup_.numerics.void_ratio_relaxation_time > 0.0;
   }
+  /// Whether the internal force takes the mean pressure of a point's cell.
+  bool averages_pressures() const { return setup_.numerics.averaging == VolumetricAveraging::cell; }
   template <class B>
   void give_pressure(const B& block, const Wide& cell) {
-    if (setup_.numerics.averaging != VolumetricAveraging::cell) return;
+    if (!averages_pressures()) return;
     const Wide v = volume(block);
     pressures_.give(cell, {v, v * block.load(pressure_)});
   }

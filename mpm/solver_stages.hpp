@@ -33,7 +33,7 @@ void Solver<K, S>::bin_points() {
   }
   std::size_t cells = 1;
   for (int d = 0; d < dim; ++d) cells *= static_cast<std::size_t>(active_end_[d] - active_begin_[d]);
-  rates_.resize(cells), pressures_.resize(cells);
+  rates_.resize(averages_rates() ? cells : 0), pressures_.resize(averages_pressures() ? cells : 0);
   for (std::size_t p = 0; p < n; ++p) cell_[p] = static_cast<double>(active_cell_of(points_.x[p]));
   drift_ = 0.0;
 }
@@ -186,8 +186,7 @@ void Solver<K, S>::sharpen_velocity() {
 /// From the nodes to the points: new velocity, affine part and displacement, or grad v, or both in one pass over the nodes.
 template <class K, class S>
 void Solver<K, S>::gather(Gathered what, double dt) {
-  const auto towards_grid = [&](double tau) { return tau > 0.0 ? -std::expm1(-dt / tau) : 0.0; };
-  const Filter filter{towards_grid(setup_.numerics.relaxation_time), towards_grid(setup_.numerics.gradient_relaxation_time)};
+  const Filter filter{relaxed(dt, setup_.numerics.relaxation_time), relaxed(dt, setup_.numerics.gradient_relaxation_time)};
   std::vector<Sums> sums(strips_.size());
   if (what != Gathered::velocity) rates_.clear();
   const auto sweep = [&](auto carried) {
@@ -318,10 +317,11 @@ void Solver<K, S>::move() {
 template <class K, class S>
 void Solver<K, S>::update_stress(double dt) {
   std::vector<Sums> sums(strips_.size());
+  const double mixing_rate = relaxed(dt, setup_.numerics.void_ratio_relaxation_time) / dt;
   for_each_strip([&](std::size_t s) {
     for_each_chunk(strips_[s], [&](const Strip& chunk, Update& update) {
       if (sums[s].escaped >= 0) return;
-      deform(chunk, dt, update, sums[s]);
+      deform(chunk, dt, mixing_rate, update, sums[s]);
       body_->update(chunk.begin, update.batch);
       book(chunk, dt, update, sums[s]);
     });
@@ -357,9 +357,8 @@ void Solver<K, S>::update_stress(double dt) {
 /// four carries the load of all. Points more than twice as loose as any was at the start are not in contact with the others and
 /// do not mix.
 template <class K, class S>
-[[gnu::flatten]] void Solver<K, S>::deform(const Strip& chunk, double dt, Update& update, Sums& sum) {
+[[gnu::flatten]] void Solver<K, S>::deform(const Strip& chunk, double dt, double mixing_rate, Update& update, Sums& sum) {
   std::copy_n(&points_.regime[chunk.begin], update.batch.size, update.batch.regime.begin());
-  const double tau = setup_.numerics.void_ratio_relaxation_time, mixing_rate = tau > 0.0 ? -std::expm1(-dt / tau) / dt : 0.0;
   for_each_block(chunk, [&](const auto& block) {
     const Wide e = block.load(points_.void_ratio);
     Wide volumetric_rate = 0.0;
