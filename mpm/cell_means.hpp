@@ -21,7 +21,7 @@ class CellMeans {
   /// Adds what points bring to their cells, `cell` [number].
   void give(const Wide& cell, const CellSums<Wide>& sums) {
     const auto at = index_below(cell);
-    if (all(cell == Wide(cell[0]))) return add_sum<CellSums>(sums, &sums_[static_cast<std::size_t>(at[0])].weight);
+    if (alike(cell)) return add_sum<CellSums>(sums, &sums_[static_cast<std::size_t>(at[0])].weight);
     add_rows<CellSums>(sums, [&](std::size_t lane) { return &sums_[static_cast<std::size_t>(at[lane])].weight; });
   }
   /// What comes of no weight is of no meaning.
@@ -30,7 +30,7 @@ class CellMeans {
   }
   CellSums<Wide> take(const Wide& cell) const {
     const auto at = index_below(cell);
-    if (all(cell == Wide(cell[0]))) return broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight);
+    if (alike(cell)) return broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight);
     return look_up<CellSums>(sums_.data(), at);
   }
 

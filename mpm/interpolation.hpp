@@ -137,7 +137,7 @@ Collected<Dim> collect_from(const std::array<Weights<Wide, Support>, Dim>& weigh
 template <bool Moments, int Dim, int Support>
 Collected<Dim> collect(const Neighbours<Dim, Support>& at) {
   const Wide first = at.first();
-  if (all(first == Wide(first[0]))) return collect_from<Moments, Dim, Support>(at.n, at.stride, at.nodes + static_cast<int>(first[0]));
+  if (alike(first)) return collect_from<Moments, Dim, Support>(at.n, at.stride, at.nodes + static_cast<int>(first[0]));
   const auto each = index_below(first);
   constexpr int layers = Dim == 3 ? Support : 1;
   std::array<std::conditional_t<Dim == 2, PlaneMotion<Wide>, SpaceMotion<Wide>>, Support * Support * layers> turned;

@@ -33,7 +33,7 @@ template <int Support>
 void give(const Given<2>& points, const Neighbours<2, Support>& at) {
   const auto numbers = [](Node<2>* node) { return node->motion.data(); };
   const Wide first = at.first();
-  if (all(first == Wide(first[0]))) {
+  if (alike(first)) {
     Node<2>* const shared = at.nodes + static_cast<int>(first[0]);
     return give_to_nodes(points, at, [&](std::ptrdiff_t offset, const PlaneNode<Wide>& node) { add_sum<PlaneNode>(node, numbers(shared + offset)); });
   }

@@ -17,8 +17,6 @@ struct SpaceGiven {  // own, and slopes along each axis
   std::array<SpaceQuad<Real>, 4> motion, change;
 };
 
-inline Quad load_quad(const double* from) { return Quad(from, std::experimental::element_aligned); }
-
 /// All points to their common nodes.
 template <int Support>
 void give_together(const Given<3>& points, const std::array<Weights<Wide, Support>, 3>& n, const std::array<std::ptrdiff_t, 3>& stride, Node<3>* nodes) {
@@ -52,7 +50,7 @@ void give_together(const Given<3>& points, const std::array<Weights<Wide, Suppor
 template <int Support>
 void give(const Given<3>& points, const Neighbours<3, Support>& at) {
   const Wide at_first = at.first();
-  if (all(at_first == Wide(at_first[0]))) return give_together(points, at.n, at.stride, at.nodes + static_cast<int>(at_first[0]));
+  if (alike(at_first)) return give_together(points, at.n, at.stride, at.nodes + static_cast<int>(at_first[0]));
   const auto& [x, y, z] = at.n;
   SpaceGiven<Wide> turned;
   turned.motion[0] = {points.momentum, points.mass};
@@ -62,28 +60,28 @@ void give(const Given<3>& points, const Neighbours<3, Support>& at) {
   store<SpaceGiven>(turned, each.data(), [](std::size_t lane) { return lane; });
   const auto first = index_below(at_first);
   for (std::size_t lane = 0; lane < Wide::size(); ++lane) {
-    const auto quad = [](const SpaceQuad<double>& from) { return load_quad(from.vector.data()); };
+    const auto quad = [](const SpaceQuad<double>& from) { return load_row(from.vector.data()); };
     const auto& [m, f] = each[lane];
-    const Quad own = quad(m[0]), m_x = quad(m[1]), m_y = quad(m[2]), m_z = quad(m[3]);
-    const Quad force = quad(f[0]), f_x = quad(f[1]), f_y = quad(f[2]), f_z = quad(f[3]);
+    const Wide own = quad(m[0]), m_x = quad(m[1]), m_y = quad(m[2]), m_z = quad(m[3]);
+    const Wide force = quad(f[0]), f_x = quad(f[1]), f_y = quad(f[2]), f_z = quad(f[3]);
 #pragma GCC unroll 1
     for (int i = 0; i < Support; ++i) {
-      const Quad w = x.w[i][lane];
-      const Quad own_i = w * own + Quad(x.moment[i][lane]) * m_x, force_i = w * force + Quad(x.dw[i][lane]) * f_x;
-      const Quad m_y_i = w * m_y, m_z_i = w * m_z, f_y_i = w * f_y, f_z_i = w * f_z;
+      const Wide w = x.w[i][lane];
+      const Wide own_i = w * own + Wide(x.moment[i][lane]) * m_x, force_i = w * force + Wide(x.dw[i][lane]) * f_x;
+      const Wide m_y_i = w * m_y, m_z_i = w * m_z, f_y_i = w * f_y, f_z_i = w * f_z;
 #pragma GCC unroll 4
       for (int j = 0; j < Support; ++j) {
-        const Quad w_j = y.w[j][lane];
-        const Quad own_j = w_j * own_i + Quad(y.moment[j][lane]) * m_y_i, force_j = w_j * force_i + Quad(y.dw[j][lane]) * f_y_i;
-        const Quad m_z_j = w_j * m_z_i, f_z_j = w_j * f_z_i;
+        const Wide w_j = y.w[j][lane];
+        const Wide own_j = w_j * own_i + Wide(y.moment[j][lane]) * m_y_i, force_j = w_j * force_i + Wide(y.dw[j][lane]) * f_y_i;
+        const Wide m_z_j = w_j * m_z_i, f_z_j = w_j * f_z_i;
         Node<3>* const row = at.nodes + first[lane] + i * at.stride[0] + j * at.stride[1];
 #pragma GCC unroll 4
         for (int k = 0; k < Support; ++k) {
-          Quad motion = load_quad(row[k].motion.data()), change = load_quad(row[k].change.data());
-          motion += Quad(z.w[k][lane]) * own_j, motion += Quad(z.moment[k][lane]) * m_z_j;
-          change += Quad(z.w[k][lane]) * force_j, change += Quad(z.dw[k][lane]) * f_z_j;
-          motion.copy_to(row[k].motion.data(), std::experimental::element_aligned);
-          change.copy_to(row[k].change.data(), std::experimental::element_aligned);
+          Wide motion = load_row(row[k].motion.data()), change = load_row(row[k].change.data());
+          motion += Wide(z.w[k][lane]) * own_j, motion += Wide(z.moment[k][lane]) * m_z_j;
+          change += Wide(z.w[k][lane]) * force_j, change += Wide(z.dw[k][lane]) * f_z_j;
+          store_row(motion, row[k].motion.data());
+          store_row(change, row[k].change.data());
         }
       }
     }

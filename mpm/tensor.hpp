@@ -74,7 +74,7 @@ class WideArray {
   }
 
   /// Copied as a class, the compiler would keep it in memory.
-  static Wide same(const Wide& x) { return std::bit_cast<Wide>(std::bit_cast<Lanes>(x)); }
+  static Wide same(const Wide& x) { return wide(lanes(x)); }
 
   Wide c_[N];
 };

@@ -14,9 +14,8 @@
 
 namespace grainpair {
 
-using Wide = std::experimental::native_simd<double>;
-/// Four numbers of one point or node.
-using Quad = std::experimental::simd<double, std::experimental::simd_abi::deduce_t<double, 4>>;
+/// Four, whatever the machine: nodes' numbers come by fours, too.
+using Wide = std::experimental::simd<double, std::experimental::simd_abi::deduce_t<double, 4>>;
 
 /// What comparing two Reals gives: bool, or one bool per lane.
 template <class Real>
@@ -68,34 +67,35 @@ using Single = Real;
 /// sends it back to memory for every pointer it holds.
 using Lanes [[gnu::vector_size(8 * Wide::size())]] = double;
 using Row [[gnu::vector_size(8 * Wide::size()), gnu::aligned(8)]] = double;
-inline Wide load_row(const double* from) {
-  const Lanes lanes = *reinterpret_cast<const Row*>(from);
-  return std::bit_cast<Wide>(lanes);
-}
-inline void store_row(const Wide& from, double* to) { *reinterpret_cast<Row*>(to) = std::bit_cast<Lanes>(from); }
+inline Lanes lanes(const Wide& from) { return std::bit_cast<Lanes>(from); }
+inline Wide wide(Lanes from) { return std::bit_cast<Wide>(from); }
+inline Wide load_row(const double* from) { return wide(*reinterpret_cast<const Row*>(from)); }
+inline void store_row(const Wide& from, double* to) { *reinterpret_cast<Row*>(to) = lanes(from); }
 
 /// Rows to columns, and back.
 inline void transpose(Wide& a, Wide& b, Wide& c, Wide& d) {
-  const auto vector = [](const Wide& x) { return std::bit_cast<Lanes>(x); };
-  const Lanes ab_even = __builtin_shufflevector(vector(a), vector(b), 0, 4, 2, 6);
-  const Lanes ab_odd = __builtin_shufflevector(vector(a), vector(b), 1, 5, 3, 7);
-  const Lanes cd_even = __builtin_shufflevector(vector(c), vector(d), 0, 4, 2, 6);
-  const Lanes cd_odd = __builtin_shufflevector(vector(c), vector(d), 1, 5, 3, 7);
-  a = std::bit_cast<Wide>(Lanes(__builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5)));
-  b = std::bit_cast<Wide>(Lanes(__builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5)));
-  c = std::bit_cast<Wide>(Lanes(__builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7)));
-  d = std::bit_cast<Wide>(Lanes(__builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7)));
+  const Lanes ab_even = __builtin_shufflevector(lanes(a), lanes(b), 0, 4, 2, 6);
+  const Lanes ab_odd = __builtin_shufflevector(lanes(a), lanes(b), 1, 5, 3, 7);
+  const Lanes cd_even = __builtin_shufflevector(lanes(c), lanes(d), 0, 4, 2, 6);
+  const Lanes cd_odd = __builtin_shufflevector(lanes(c), lanes(d), 1, 5, 3, 7);
+  a = wide(__builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5));
+  b = wide(__builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5));
+  c = wide(__builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7));
+  d = wide(__builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7));
 }
 
 /// The sum over the lanes of each.
 inline Wide sums(const Wide& a, const Wide& b, const Wide& c, const Wide& d) {
   const auto pairs = [](const Wide& low, const Wide& high) {
-    const auto x = std::bit_cast<Lanes>(low), y = std::bit_cast<Lanes>(high);
+    const Lanes x = lanes(low), y = lanes(high);
     return Lanes(__builtin_shufflevector(x, y, 0, 4, 2, 6) + __builtin_shufflevector(x, y, 1, 5, 3, 7));
   };
   const Lanes ab = pairs(a, b), cd = pairs(c, d);
-  return std::bit_cast<Wide>(Lanes(__builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7)));
+  return wide(__builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7));
 }
+
+/// Whether all points have the same.
+inline bool alike(const Wide& x) { return all(x == Wide(x[0])); }
 
 /// Where a point's entry of a table is: an int, or one per lane.
 template <class Real>
@@ -115,7 +115,7 @@ template <template <class> class Struct, class F>
 void each_column(F&& f) {
   constexpr std::size_t columns = sizeof(Struct<Wide>) / sizeof(Wide);
   static_assert(sizeof(Struct<double>) - columns * sizeof(double) < 16, "doubles, and padding at the end");
-  if constexpr (Wide::size() == 4 && columns >= 4)
+  if constexpr (columns >= 4)
     [&]<std::size_t... group>(std::index_sequence<group...>) {
       (f(std::min(4 * group, columns - 4), std::true_type()), ...);
     }(std::make_index_sequence<(columns + 3) / 4>());
@@ -174,22 +174,19 @@ void add_rows(const Struct<Wide>& from, const Row& row) {
       store_row(load_row(to) + w[lane], to);
     }
   };
-  if constexpr (Wide::size() == 4)
-    [&]<std::size_t... group>(std::index_sequence<group...>) {
-      (four(4 * group), ...);
-      if constexpr (rest == 1)
-        one_by_one(columns - 1);
-      else if constexpr (rest > 1)
-        four(columns - rest);
-    }(std::make_index_sequence<columns / 4>());
-  else
-    for (std::size_t c = 0; c < columns; ++c) one_by_one(c);
+  [&]<std::size_t... group>(std::index_sequence<group...>) {
+    (four(4 * group), ...);
+    if constexpr (rest == 1)
+      one_by_one(columns - 1);
+    else if constexpr (rest > 1)
+      four(columns - rest);
+  }(std::make_index_sequence<columns / 4>());
 }
 
 /// The same where all rows are one: adds the sum over the points.
 template <template <class> class Struct>
 void add_sum(const Struct<Wide>& from, double* to) {
-  constexpr std::size_t columns = sizeof(Struct<Wide>) / sizeof(Wide), fours = Wide::size() == 4 ? columns / 4 : 0;
+  constexpr std::size_t columns = sizeof(Struct<Wide>) / sizeof(Wide), fours = columns / 4;
   const auto* const in = reinterpret_cast<const Wide*>(&from);
   for (std::size_t c = 0; c < 4 * fours; c += 4)
     store_row(load_row(to + c) + sums(in[c], in[c + 1], in[c + 2], in[c + 3]), to + c);
