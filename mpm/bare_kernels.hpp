@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "mpm/grid.hpp"
+#include "mpm/interpolation_plane.hpp"
+#include "mpm/interpolation_space.hpp"
 
 namespace grainpair {
 
@@ -56,8 +58,6 @@ class BareKernels {
   static constexpr int support = 3;
   using Vec = WideArray<Dim>;
   using Mat = std::array<Vec, Dim>;
-  template <class Real>
-  using NodeNumbers = NodeOf<Dim, Real>;
   template <class Real>
   using Velocity = VectorOf<Dim, Real>;
 
@@ -146,11 +146,17 @@ class BareKernels {
       }
       constexpr int last = Dim - 1;
       for (int k = 0; k < support; ++k) {
-        NodeNumbers<Wide> given{};
-        given.mass = w * at.w[last][k];
-        given.motion = given.mass * (momentum + at.xi[last][k] * p.gradient[last]);
-        given.change = at.w[last][k] * force + (w * at.dw[last][k]) * row(p.stress, last);
-        add_sum<NodeNumbers>(given, at.first[offset + k].motion.data());
+        const Wide mass = w * at.w[last][k];
+        const Vec p_k = mass * (momentum + at.xi[last][k] * p.gradient[last]);
+        const Vec f_k = at.w[last][k] * force + (w * at.dw[last][k]) * row(p.stress, last);
+        Node<Dim>& node = at.first[offset + k];
+        const auto numbers = [&](std::size_t) { return node.motion.data(); };
+        if constexpr (Dim == 2) {
+          add_sums<PlaneGiven, Wide>({p_k, f_k}, numbers);
+          node.mass += reduce(mass);
+        } else {
+          add_sums<SpaceNode, Wide>({p_k, mass, f_k, 0.0}, numbers);
+        }
       }
     });
   }

@@ -1,10 +1,10 @@
-// Means of points over the cells they lie in: points give, then the sums are divided, then points take.
+// Means of points over the cells they lie in: points give, then points take.
 #pragma once
 
 #include <algorithm>
 #include <vector>
 
-#include "mpm/wide.hpp"
+#include "mpm/rows.hpp"
 
 namespace grainpair {
 
@@ -21,17 +21,15 @@ class CellMeans {
   /// Adds what points bring to their cells, `cell` [number].
   void give(const Wide& cell, const CellSums<Wide>& sums) {
     const auto at = index_below(cell);
-    if (alike(cell)) return add_sum<CellSums>(sums, &sums_[static_cast<std::size_t>(at[0])].weight);
+    if (alike(cell)) return add_sums<CellSums>(sums, [&](std::size_t) { return &sums_[static_cast<std::size_t>(at[0])].weight; });
     add_rows<CellSums>(sums, [&](std::size_t lane) { return &sums_[static_cast<std::size_t>(at[lane])].weight; });
   }
-  /// What comes of no weight is of no meaning.
-  void divide() {
-    for (auto& sum : sums_) sum.value /= sum.weight, sum.other_value /= sum.other_weight;
-  }
+  /// The means of their cells; what comes of no weight is of no meaning.
   CellSums<Wide> take(const Wide& cell) const {
     const auto at = index_below(cell);
-    if (alike(cell)) return broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight);
-    return look_up<CellSums>(sums_.data(), at);
+    CellSums<Wide> out = alike(cell) ? broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight) : look_up<CellSums>(sums_.data(), at);
+    out.value /= out.weight, out.other_value /= out.other_weight;
+    return out;
   }
 
  private:

@@ -9,12 +9,12 @@
 
 namespace grainpair {
 
-/// As many points as a Wide holds, from `first` on; lanes that are left over repeat the last.
+/// As many points as a Wide holds, from `first` on; lanes that are left over repeat the last; if all are, the one at `first`.
 template <bool Full>
 struct Consecutive {
   std::size_t first, count;
 
-  std::size_t operator()(std::size_t lane) const { return first + (Full ? lane : std::min(lane, count - 1)); }
+  std::size_t operator()(std::size_t lane) const { return first + (Full ? lane : std::min(lane, std::max<std::size_t>(count, 1) - 1)); }
   /// The same, counted from `origin`, and the converse.
   Consecutive from(std::size_t origin) const { return {first - origin, count}; }
   Consecutive beyond(std::size_t origin) const { return {origin + first, count}; }
@@ -57,6 +57,25 @@ struct Scattered {
   }
 };
 
+/// f(blocks) over points begin ... end - 1; blocks together hold as many points as a Real.
+template <class Real, class F>
+void for_each_blocks(std::size_t begin, std::size_t end, F&& f) {
+  constexpr std::size_t four = Wide::size(), all = Real::size();
+  for (; begin + all <= end; begin += all) {
+    if constexpr (all == four)
+      f(std::array{Consecutive<true>{begin, four}});
+    else
+      f(std::array{Consecutive<true>{begin, four}, Consecutive<true>{begin + four, four}});
+  }
+  if (begin == end) return;
+  const std::size_t rest = end - begin, low = std::min(rest, four);
+  if constexpr (all == four)
+    f(std::array{Consecutive<false>{begin, low}});
+  else if (rest > four)
+    f(std::array{Consecutive<false>{begin, low}, Consecutive<false>{begin + four, rest - four}});
+  else
+    f(std::array{Consecutive<false>{begin, low}, Consecutive<false>{begin, 0}});
+}
 /// f(block) over points begin ... end - 1.
 template <class F>
 void for_each_block(std::size_t begin, std::size_t end, F&& f) {
@@ -154,5 +173,20 @@ class Columns {
   std::size_t size_ = 0, stride_ = 0;
   std::vector<double, Eigen::aligned_allocator<double>> numbers_;
 };
+
+/// Columns of as many points as a Real holds, in its precision, and back.
+template <class Real, template <class> class Struct, class Blocks>
+Struct<Real> load_halves(const Columns<Struct>& columns, const Blocks& blocks) {
+  std::array<Struct<Wide>, Halves<Real>().size()> halves;
+#pragma GCC unroll 2
+  for (std::size_t h = 0; h < halves.size(); ++h) halves[h] = columns.load(blocks[h]);
+  return narrow<Struct, Real>(halves);
+}
+template <class Real, template <class> class Struct, class Blocks>
+void store_halves(const std::type_identity_t<Struct<Real>>& from, const Blocks& blocks, Columns<Struct>& columns) {
+  const auto halves = widen<Struct, Real>(from);
+#pragma GCC unroll 2
+  for (std::size_t h = 0; h < halves.size(); ++h) columns.store(halves[h], blocks[h]);
+}
 
 }  // namespace grainpair

@@ -30,73 +30,102 @@ struct NodeOf<3, Real> {
 template <int Dim>
 struct alignas(64) Node : NodeOf<Dim, double> {};
 
-/// As much of nodes as their motion and change take, of several points.
-template <class Real>
-struct PlaneMotion {
-  VectorOf<2, Real> motion, change;
-};
-template <class Real>
-using SpaceMotion = NodeOf<3, Real>;
-template <int Dim, class Row>
-auto load_motion(const Row& row) {
-  if constexpr (Dim == 2)
-    return load_rows<PlaneMotion>(row);
-  else
-    return load_rows<SpaceMotion>(row);
-}
-
-/// Several points' momenta and forces, and how both change along each axis.
+/// Motion and change in single precision, by fours.
 template <int Dim>
-struct Given {
-  using Vec = VectorOf<Dim, Wide>;
-  using Mat = std::array<Vec, Dim>;
-  Wide mass;
-  Vec momentum, force;
-  Mat momentum_slope, force_slope;
-
-  explicit Given(const Wide& m) : mass(m), force(Vec::Zero()) {
-    momentum_slope.fill(Vec::Zero());
-    force_slope.fill(Vec::Zero());
+struct FloatNode {
+  static constexpr int room = Dim == 2 ? 2 : 4;
+  std::array<float, room> motion{}, change{};
+  FloatNode() = default;
+  explicit FloatNode(const Node<Dim>& node) {
+    for (int d = 0; d < Dim; ++d) motion[d] = static_cast<float>(node.motion[d]), change[d] = static_cast<float>(node.change[d]);
   }
 };
 
+/// As much of nodes as their motion and change take, by fours, of several points.
+template <int Dim, class Real>
+struct Motion {
+  static constexpr int room = Dim == 2 ? 2 : 4;
+  std::array<Real, room> motion, change;
+};
+
+/// Several points' momenta and forces, and how both change along each axis.
+template <int Dim, class Real>
+struct Given {
+  using Vec = VectorOf<Dim, Real>;
+  using Mat = MatrixOf<Dim, Real>;
+  Real mass;
+  Vec momentum, force;
+  Mat momentum_slope, force_slope;
+};
+
 /// What comes back: velocity and its increment, the slope of the velocity along each axis, and the first moments of both.
-template <int Dim>
+template <int Dim, class Real>
 struct Collected {
-  using Vec = VectorOf<Dim, Wide>;
-  using Mat = std::array<Vec, Dim>;
+  using Vec = VectorOf<Dim, Real>;
+  using Mat = MatrixOf<Dim, Real>;
   Vec v, dv;
   Mat slope, moment, moment_increment;
 };
 
 /// Weights of several points along each axis, and the nodes that each shares.
-template <int Dim, int Support>
+template <int Dim, int Support, class Real>
 struct Neighbours {
-  std::array<Weights<Wide, Support>, Dim> n;
+  std::array<Weights<Real, Support>, Dim> n;
   Node<Dim>* nodes;  // of the grid
+  const std::conditional_t<std::is_same_v<Real, Wide>, Node<Dim>, FloatNode<Dim>>* velocities;
   std::array<std::ptrdiff_t, Dim> stride;  // 1 along the last axis
 
   /// Number of each point's first node.
-  Wide first() const {
-    Wide out = n[Dim - 1].first;
-    for (int d = 0; d < Dim - 1; ++d) out += n[d].first * static_cast<double>(stride[d]);
+  Halves<Real> first() const {
+    Halves<Real> out;
+    for (std::size_t h = 0; h < out.size(); ++h) {
+      const auto along = [&](std::size_t d) {
+        if constexpr (out.size() == 1)
+          return n[d].first;
+        else
+          return n[d].first[h];
+      };
+      out[h] = along(Dim - 1);
+      for (std::size_t d = 0; d < Dim - 1; ++d) out[h] += along(d) * static_cast<double>(stride[d]);
+    }
     return out;
   }
 };
 
+/// Whether the points of each half have the same.
+template <std::size_t count>
+bool shared(const std::array<Wide, count>& first) {
+  bool out = true;
+  for (const Wide& half : first) out = out && alike(half);
+  return out;
+}
+/// The node that the first point of each half begins at.
+template <class Nodes, std::size_t count>
+std::array<Nodes*, count> shared_nodes(Nodes* nodes, const std::array<Wide, count>& first) {
+  std::array<Nodes*, count> out;
+  for (std::size_t h = 0; h < count; ++h) out[h] = nodes + static_cast<int>(first[h][0]);
+  return out;
+}
+/// The same of each point.
+template <class Nodes, std::size_t count>
+std::array<Nodes*, count * Wide::size()> each_nodes(Nodes* nodes, const std::array<Wide, count>& first) {
+  std::array<Nodes*, count * Wide::size()> out;
+  for (std::size_t point = 0; point < out.size(); ++point) out[point] = nodes + static_cast<int>(first[point / Wide::size()][point % Wide::size()]);
+  return out;
+}
+
 /// Of one number of the nodes: its mean, and its slope and first moment along each axis.
-template <int Axes>
+template <int Axes, class Real>
 struct WeightedSums {
-  Wide value = 0.0;
-  std::array<Wide, Axes> slope, moment;
-  WeightedSums() { slope.fill(0.0), moment.fill(0.0); }
+  Real value;
+  std::array<Real, Axes> slope, moment;
 };
 
 /// Sums over the nodes along the last `Axes` axes; number(offset) is that of a node, `stride` what the offset gains along an axis.
-template <int Axes, bool Slopes, bool Moments, int Dim, int Support, class Number>
-WeightedSums<Axes> weighted_sums(const std::array<Weights<Wide, Support>, Dim>& weights, const std::array<std::ptrdiff_t, Dim>& stride,
-                                 const Number& number, std::ptrdiff_t offset = 0) {
-  WeightedSums<Axes> out;
+template <int Axes, bool Slopes, bool Moments, int Dim, int Support, class Real, class Number>
+WeightedSums<Axes, Real> weighted_sums(const std::array<Weights<Real, Support>, Dim>& weights, const std::array<std::ptrdiff_t, Dim>& stride,
+                                       const Number& number, std::ptrdiff_t offset = 0) {
+  WeightedSums<Axes, Real> out;
   if constexpr (Axes == 0) {
     out.value = number(offset);
   } else {
@@ -105,13 +134,14 @@ WeightedSums<Axes> weighted_sums(const std::array<Weights<Wide, Support>, Dim>& 
 #pragma GCC unroll 4
     for (int i = 0; i < Support; ++i) {
       const std::ptrdiff_t step = axis == Dim - 1 ? 1 : stride[axis];  // known before the run where it can be
-      const auto part = weighted_sums<Axes - 1, Slopes, Moments, Dim, Support>(weights, stride, number, offset + i * step);
-      out.value += n.w[i] * part.value;
-      if constexpr (Slopes) out.slope[0] += n.dw[i] * part.value;
-      if constexpr (Moments) out.moment[0] += n.moment[i] * part.value;
+      const auto part = weighted_sums<Axes - 1, Slopes, Moments, Dim, Support, Real>(weights, stride, number, offset + i * step);
+      const auto add = [&](Real& sum, const Real& weight, const Real& x) { sum = i == 0 ? weight * x : sum + weight * x; };
+      add(out.value, n.w[i], part.value);
+      if constexpr (Slopes) add(out.slope[0], n.dw[i], part.value);
+      if constexpr (Moments) add(out.moment[0], n.moment[i], part.value);
       for (std::size_t k = 1; k < Axes; ++k) {
-        if constexpr (Slopes) out.slope[k] += n.w[i] * part.slope[k - 1];
-        if constexpr (Moments) out.moment[k] += n.w[i] * part.moment[k - 1];
+        if constexpr (Slopes) add(out.slope[k], n.w[i], part.slope[k - 1]);
+        if constexpr (Moments) add(out.moment[k], n.w[i], part.moment[k - 1]);
       }
     }
   }
@@ -120,12 +150,12 @@ WeightedSums<Axes> weighted_sums(const std::array<Weights<Wide, Support>, Dim>& 
 
 /// From the nodes to the points, which stay side by side; each number of the nodes goes alone, so that its sums fit in the
 /// registers. node[offset] holds a node's motion and change.
-template <bool Moments, int Dim, int Support, class Nodes>
-Collected<Dim> collect_from(const std::array<Weights<Wide, Support>, Dim>& weights, const std::array<std::ptrdiff_t, Dim>& stride, const Nodes& node) {
-  Collected<Dim> out;
+template <bool Moments, int Dim, int Support, class Real, class Nodes>
+Collected<Dim, Real> collect_from(const std::array<Weights<Real, Support>, Dim>& weights, const std::array<std::ptrdiff_t, Dim>& stride, const Nodes& node) {
+  Collected<Dim, Real> out;
   for (int c = 0; c < Dim; ++c) {
-    const auto v = weighted_sums<Dim, true, Moments, Dim, Support>(weights, stride, [&](std::ptrdiff_t offset) { return Wide(node[offset].motion[c]); });
-    const auto dv = weighted_sums<Dim, false, Moments, Dim, Support>(weights, stride, [&](std::ptrdiff_t offset) { return Wide(node[offset].change[c]); });
+    const auto v = weighted_sums<Dim, true, Moments, Dim, Support, Real>(weights, stride, [&](std::ptrdiff_t offset) { return Real(node[offset].motion[c]); });
+    const auto dv = weighted_sums<Dim, false, Moments, Dim, Support, Real>(weights, stride, [&](std::ptrdiff_t offset) { return Real(node[offset].change[c]); });
     out.v[c] = v.value, out.dv[c] = dv.value;
     for (std::size_t d = 0; d < Dim; ++d)
       out.slope[d][c] = v.slope[d], out.moment[d][c] = v.moment[d], out.moment_increment[d][c] = dv.moment[d];
@@ -134,24 +164,48 @@ Collected<Dim> collect_from(const std::array<Weights<Wide, Support>, Dim>& weigh
 }
 
 /// Nodes that all points share are read as they are; else every point's are turned into columns first.
-template <bool Moments, int Dim, int Support>
-Collected<Dim> collect(const Neighbours<Dim, Support>& at) {
-  const Wide first = at.first();
-  if (alike(first)) return collect_from<Moments, Dim, Support>(at.n, at.stride, at.nodes + static_cast<int>(first[0]));
-  const auto each = index_below(first);
+template <bool Moments, int Dim, int Support, class Real>
+Collected<Dim, Real> collect(const Neighbours<Dim, Support, Real>& at) {
+  const auto first = at.first();
+  const bool by_halves = shared(first);
+  if (by_halves && first.front()[0] == first.back()[0])
+    return collect_from<Moments, Dim, Support, Real>(at.n, at.stride, shared_nodes(at.velocities, first)[0]);
   constexpr int layers = Dim == 3 ? Support : 1;
-  std::array<std::conditional_t<Dim == 2, PlaneMotion<Wide>, SpaceMotion<Wide>>, Support * Support * layers> turned;
-  auto* to = turned.data();
-  for (int i = 0; i < Support; ++i)
-    for (int j = 0; j < Support; ++j)
-      for (int k = 0; k < layers; ++k, ++to) {
-        const std::ptrdiff_t offset = i * at.stride[0] + j * at.stride[1] + k;
-        *to = load_motion<Dim>([&](std::size_t lane) { return reinterpret_cast<const double*>(at.nodes + each[lane] + offset); });
-      }
+  std::array<Motion<Dim, Real>, Support * Support * layers> turned;
+  const auto turn = [&](const auto& motion_at) {
+    auto* to = turned.data();
+    for (int i = 0; i < Support; ++i)
+      for (int j = 0; j < Support; ++j)
+        for (int k = 0; k < layers; ++k, ++to) *to = motion_at(i * at.stride[0] + (Dim == 2 ? j : j * at.stride[1] + k));
+  };
+  if (by_halves) {
+    const auto nodes = shared_nodes(at.velocities, first);
+    turn([&](std::ptrdiff_t offset) {
+      return load_shared<Motion<Dim, Real>, Real>([&](std::size_t half) { return nodes[half][offset].motion.data(); });
+    });
+  } else {
+    const auto nodes = each_nodes(at.velocities, first);
+    turn([&](std::ptrdiff_t offset) {
+      return load_fours<Motion<Dim, Real>, Real>([&](std::size_t point) { return nodes[point][offset].motion.data(); });
+    });
+  }
   if constexpr (Dim == 2)
-    return collect_from<Moments, Dim, Support>(at.n, {Support, 1}, turned.data());
+    return collect_from<Moments, Dim, Support, Real>(at.n, {Support, 1}, turned.data());
   else
-    return collect_from<Moments, Dim, Support>(at.n, {Support * Support, Support, 1}, turned.data());
+    return collect_from<Moments, Dim, Support, Real>(at.n, {Support * Support, Support, 1}, turned.data());
+}
+
+/// In space a function of its own: beside the sums over 27 nodes a call is nothing, and the compiler meets them but once.
+template <bool Moments, int Support, class Real>
+[[gnu::noinline, gnu::flatten]] Collected<3, Real> collect_in_space(const Neighbours<3, Support, Real>& at) {
+  return collect<Moments>(at);
+}
+template <bool Moments, int Dim, int Support, class Real>
+Collected<Dim, Real> collected(const Neighbours<Dim, Support, Real>& at) {
+  if constexpr (Dim == 3)
+    return collect_in_space<Moments>(at);
+  else
+    return collect<Moments>(at);
 }
 
 }  // namespace grainpair

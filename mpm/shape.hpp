@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "mpm/wide.hpp"
+#include "mpm/rows.hpp"
 
 namespace grainpair {
 
@@ -19,7 +19,8 @@ namespace grainpair {
 template <class Real, int Support>
 struct Weights {
   static constexpr int support = Support;
-  Real first;                               // number of the first node
+  using First = std::conditional_t<std::is_same_v<Real, WideFloat>, Halves<Real>, Real>;
+  First first;                              // number of the first node
   std::array<Real, Support> w, dw, moment;  // value [-], slope [1/m], value times (node's position - point's) [m]
   Real inertia, inverse_inertia;            // D = sum_k w_k (X_k - x)^2, kept away from zero [m2]; 1/D [1/m2]
 
@@ -28,8 +29,8 @@ struct Weights {
     inertia += moment[k] * xi;
   }
   void invert(double h) {
-    inertia = larger(inertia, Real(1e-12 * h * h));
-    inverse_inertia = 1.0 / inertia;
+    inertia = larger(inertia, constant<Real>(1e-12 * h * h));
+    inverse_inertia = 1 / inertia;
   }
 };
 
@@ -96,17 +97,7 @@ struct BSpline {
     const Real u = x * axis.inverse_h, cell = trunc(u), t = u - cell;
     out.inertia = 0.0;
     out.first = cell;
-    // from P - 1 cells off the ends on, all cells are alike
-    if (all(cell >= P - 1.0) && all(cell <= axis.cells - 1.0 * P)) {
-      inside(t, [&](int k, const Real& value, const Real& slope) {
-        out.set(k, value, axis.inverse_h * slope, axis.h * (k - 0.5 * (P - 1) - t));
-      });
-      if constexpr (P == 2)
-        out.inertia = 0.25 * axis.h * axis.h, out.inverse_inertia = 4.0 * axis.inverse_h * axis.inverse_h;
-      else
-        out.invert(axis.h);
-      return;
-    }
+    if (inside(axis, cell)) return evaluate_inside(axis, t, out);
     const auto here = look_up<Cell>(axis.cell_table.data(), index_below(cell));
     for (int k = 0; k < support; ++k) {
       Real value = here.c[k][P], slope = 0.0;
@@ -119,21 +110,57 @@ struct BSpline {
     out.invert(axis.h);
   }
 
+  /// In single precision, but for the places; beside the ends narrowed at last.
+  static void evaluate(const Axis& axis, const Halves<WideFloat>& x, Weights<WideFloat, support>& out) {
+    Halves<WideFloat> t;
+    bool all_inside = true;
+    for (std::size_t h = 0; h < t.size(); ++h) {
+      const Wide u = x[h] * axis.inverse_h;
+      out.first[h] = trunc(u);
+      t[h] = u - out.first[h];
+      all_inside = all_inside && inside(axis, out.first[h]);
+    }
+    if (all_inside) return evaluate_inside(axis, narrow(t), out);
+    std::array<Weights<Wide, support>, 2> half;
+    for (std::size_t h = 0; h < 2; ++h) evaluate(axis, x[h], half[h]);
+    const auto both = [&](auto number) { return narrow(std::array{number(half[0]), number(half[1])}); };
+    for (std::size_t k = 0; k < support; ++k) {
+      out.w[k] = both([&](const auto& n) { return n.w[k]; });
+      out.dw[k] = both([&](const auto& n) { return n.dw[k]; });
+      out.moment[k] = both([&](const auto& n) { return n.moment[k]; });
+    }
+    out.inertia = both([](const auto& n) { return n.inertia; });
+    out.inverse_inertia = both([](const auto& n) { return n.inverse_inertia; });
+  }
+
  private:
-  /// f(k, N_k(t), N_k'(t)) of a cell away from the ends.
-  template <class Real, class F>
-  static void inside(const Real& t, F&& f) {
-    const Real s = 1.0 - t;
+  /// From P - 1 cells off the ends on, all cells are alike.
+  template <class Real>
+  static bool inside(const Axis& axis, const Real& cell) {
+    return all(cell >= P - 1.0) && all(cell <= axis.cells - 1.0 * P);
+  }
+  template <class Real>
+  static void evaluate_inside(const Axis& axis, const Real& t, Weights<Real, support>& out) {
+    const auto number = constant<Real>;
+    const Real h = number(axis.h), inverse_h = number(axis.inverse_h), s = 1 - t;
+    const auto set = [&](int k, const Real& value, const Real& slope) {
+      out.set(k, value, inverse_h * slope, h * (number(k - 0.5 * (P - 1)) - t));
+    };
+    out.inertia = number(0.0);
     if constexpr (P == 1) {
-      f(0, s, Real(-1.0)), f(1, t, Real(1.0));
+      set(0, s, number(-1.0)), set(1, t, number(1.0));
     } else if constexpr (P == 2) {
-      f(0, 0.5 * s * s, -s), f(1, 0.5 + s * t, s - t), f(2, 0.5 * t * t, t);
+      set(0, number(0.5) * s * s, -s), set(1, number(0.5) + s * t, s - t), set(2, number(0.5) * t * t, t);
     } else {
       static_assert(P == 3);
-      const Real ss = s * s, tt = t * t;
-      f(0, ss * s / 6.0, -0.5 * ss), f(1, 2.0 / 3.0 - tt * (1.0 - 0.5 * t), t * (1.5 * t - 2.0));
-      f(2, 2.0 / 3.0 - ss * (1.0 - 0.5 * s), -s * (1.5 * s - 2.0)), f(3, tt * t / 6.0, 0.5 * tt);
+      const Real ss = s * s, tt = t * t, half = number(0.5), most = number(2.0 / 3.0), steep = number(1.5), sixth = number(1.0 / 6.0);
+      set(0, ss * s * sixth, -half * ss), set(1, most - tt * (1 - half * t), t * (steep * t - 2));
+      set(2, most - ss * (1 - half * s), -s * (steep * s - 2)), set(3, tt * t * sixth, half * tt);
     }
+    if constexpr (P == 2)
+      out.inertia = number(0.25 * axis.h * axis.h), out.inverse_inertia = number(4.0 * axis.inverse_h * axis.inverse_h);
+    else
+      out.invert(axis.h);
   }
 };
 

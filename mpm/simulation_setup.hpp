@@ -37,7 +37,7 @@ void start_from(const Packing& packing, const Case& scene, double volume, Points
 
 /// Points on a regular lattice in the column [0, L] x [0, H] (x [0, W]), with K0 stress under their own weight:
 /// sigma_yy = rho_s g (H - y)/(1 + e0), sigma_xx = sigma_zz = K0 sigma_yy; or from a settled packing.
-template <class K, class Shape>
+template <class K, class Shape, class Exchanged = Wide>
 std::unique_ptr<Simulation> build_column(const Case& scene, const Numerics& numerics, const Start& start) {
   constexpr int dim = K::dimension;
   using Vec = Eigen::Matrix<double, dim, 1>;
@@ -46,7 +46,7 @@ std::unique_ptr<Simulation> build_column(const Case& scene, const Numerics& nume
   const double h = numerics.h, rho_s = scene.number("grains.density"), e0 = scene.number("initial.void_ratio");
   const long per_cell = scene.integer("mpm.points_per_cell");
 
-  typename Solver<K, Shape>::Setup setup;
+  typename Solver<K, Shape, Exchanged>::Setup setup;
   // room above the column for points thrown up; a point that leaves ends the run and says so
   const std::array<double, 3> extent{scene.number("geometry.floor_length"), 1.5 * H + 4.0 * h, W};
   std::array<double, dim> spacing;
@@ -102,8 +102,8 @@ std::unique_ptr<Simulation> build_column(const Case& scene, const Numerics& nume
       }
   if (start.packing) start_from(*start.packing, scene, pitch[0] * pitch[1] * pitch[2], points, initial);
   const auto& registry = material_registry();
-  return std::make_unique<Solver<K, Shape>>(setup, std::move(points), registry.at(scene.word("material.law"))(scene),
-                                            initial);
+  return std::make_unique<Solver<K, Shape, Exchanged>>(setup, std::move(points), registry.at(scene.word("material.law"))(scene),
+                                                       initial);
 }
 
 template <class K>
@@ -112,7 +112,8 @@ std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numer
   if (shape == "linear") return build_column<K, BSpline<1>>(scene, numerics, start);
   if (shape == "gimp") return build_column<K, Gimp>(scene, numerics, start);
   if (shape == "cubic_bspline") return build_column<K, BSpline<3>>(scene, numerics, start);
-  return build_column<K, BSpline<2>>(scene, numerics, start);
+  if (scene.word("mpm.precision") == "double") return build_column<K, BSpline<2>>(scene, numerics, start);
+  return build_column<K, BSpline<2>, WideFloat>(scene, numerics, start);
 }
 
 }  // namespace grainpair

@@ -77,7 +77,8 @@ class Simulation {
   }
 };
 
-template <class Kinematics, class Shape>
+/// Exchanged holds several points' numbers on their way to the nodes and back: Wide, or WideFloat in single precision.
+template <class Kinematics, class Shape, class Exchanged = Wide>
 class Solver final : public Simulation {
  public:
   static constexpr int dim = Kinematics::dimension;
@@ -98,7 +99,7 @@ class Solver final : public Simulation {
   Solver(const Setup& setup, Points<dim> points, std::unique_ptr<Body> body,
          const std::vector<InitialState>& initial)
       : setup_(setup), grid_(setup.cells, setup.numerics.h, setup.point_size), points_(std::move(points)),
-        body_(std::move(body)), velocity_gradient_(points_.size()), hoop_(Kinematics::axisymmetric ? points_.size() : 0),
+        body_(std::move(body)), velocities_(halves == 1 ? 0 : grid_.nodes.size()), velocity_gradient_(points_.size()), hoop_(Kinematics::axisymmetric ? points_.size() : 0),
         displacement_(points_.size()), volumetric_rate_(points_.size()), pressure_(points_.size()),
         scratch_(points_.size()), cell_(points_.size()), specific_volume_(1.0 / setup.solid_density) {
     for (const double e : points_.void_ratio) loosest_mixed_ = std::max(loosest_mixed_, 2.0 * e);
@@ -115,7 +116,7 @@ class Solver final : public Simulation {
     bin_points();
     first_limit_ = stable_step().dt / setup_.numerics.time_step_fraction;  // before there is a speed to bound it
     measure_held_energy();
-    for_each_block([&](const auto& block) { give_pressure(block, block.load(cell_)); });
+    for_each_strip([&](std::size_t s) { for_each_block(strips_[s], [&](const auto& block) { give_pressure(block, block.load(cell_)); }); });
     share_pressure();
   }
 
@@ -172,11 +173,16 @@ class Solver final : public Simulation {
 
  private:
   friend struct SolverStages;  // times the stages one by one
+  static constexpr std::size_t halves = Halves<Exchanged>().size();
   static constexpr int strip_width = 5;  // cells; supports reach at most 3 cells beyond, drift one more
   template <class Real>
   using VecOf = VectorOf<dim, Real>;
   template <class Real>
   using MatOf = MatrixOf<dim, Real>;
+  template <class Real>
+  using GivenOf = Given<dim, Real>;
+  template <class Real>
+  using CollectedOf = Collected<dim, Real>;
   using Where = std::conditional_t<dim == 2, InPlane, InSpace>;
   enum class Forces { without, with };
   enum class Gathered { velocity, gradient, both };
@@ -218,6 +224,7 @@ class Solver final : public Simulation {
   void accelerate(double dt);
   void constrain(double time_offset);
   void sharpen_velocity();
+  void narrow_velocities();
   void gather(Gathered what, double dt);
   template <Affine Carried>
   Sums gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt);
@@ -266,15 +273,29 @@ class Solver final : public Simulation {
     const Wide cell = Kinematics::axisymmetric ? Wide(2.0 * std::numbers::pi * h * h * x[0]) : Wide(cell_volume_);
     return room_ * cell * setup_.solid_density / mass - 1.0;
   }
-  Neighbours<dim, Shape::support> neighbours(const VecOf<Wide>& x) {
-    Neighbours<dim, Shape::support> out;
+  template <class Blocks>
+  Neighbours<dim, Shape::support, Exchanged> neighbours(const Blocks& blocks) {
+    Neighbours<dim, Shape::support, Exchanged> out;
     out.nodes = grid_.nodes.data();
+    out.velocities = velocities();
+    std::array<VecOf<Wide>, halves> x;
+    for (std::size_t h = 0; h < halves; ++h) x[h] = points_.x.load(blocks[h]);
 #pragma GCC unroll 3
     for (int d = 0; d < dim; ++d) {
       out.stride[d] = grid_.stride[d];
-      Shape::evaluate(grid_.axes[d], x[d], out.n[d]);
+      if constexpr (halves == 1)
+        Shape::evaluate(grid_.axes[d], x[0][d], out.n[d]);
+      else
+        Shape::evaluate(grid_.axes[d], {x[0][d], x[1][d]}, out.n[d]);
     }
     return out;
+  }
+  /// What points take of the nodes, in the precision they take it in.
+  auto velocities() const {
+    if constexpr (halves == 1)
+      return grid_.nodes.data();
+    else
+      return velocities_.data();
   }
   static Vec3 padded(const Vec& a) {
     Vec3 out = Vec3::Zero();
@@ -296,6 +317,11 @@ class Solver final : public Simulation {
     const int count = static_cast<int>(strips_.size());
     for (int parity = 0; parity < 2; ++parity)
       side_by_side(parity, count, 2, [&](int s) { f(static_cast<std::size_t>(s)); });
+  }
+  /// The same where f gives nothing to nodes or cells.
+  template <class F>
+  void for_each_strip_at_once(F&& f) {
+    side_by_side(0, static_cast<int>(strips_.size()), 1, [&](int s) { f(static_cast<std::size_t>(s)); });
   }
   /// f(begin), f(begin + stride) ... below end, in any order; what one thread had, it gets again in the next sweep.
   /// OpenMP's team of one would enter the kernel in every sweep.
@@ -326,8 +352,8 @@ class Solver final : public Simulation {
     }
   }
   template <class F>
-  void for_each_block(F&& f) {
-    for_each_strip([&](std::size_t s) { for_each_block(strips_[s], f); });
+  void for_each_block_at_once(F&& f) {
+    for_each_strip_at_once([&](std::size_t s) { for_each_block(strips_[s], f); });
   }
   template <class F>
   void for_each_point(F&& f) {
@@ -406,6 +432,7 @@ class Solver final : public Simulation {
   Grid<dim, Shape> grid_;
   Points<dim> points_;
   std::unique_ptr<Body> body_;
+  std::vector<FloatNode<dim>> velocities_;        // of the nodes, where points take them in single precision [m/s]
   Columns<MatOf> velocity_gradient_;             // [1/s]
   std::vector<double> hoop_;                      // v_r/r, where the run is axisymmetric [1/s]
   Columns<VecOf> displacement_;                   // [m]

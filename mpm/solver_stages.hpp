@@ -4,8 +4,8 @@
 namespace grainpair {
 
 /// Sorts points by cell, cuts them into strips, and finds the nodes they can reach until the next sorting.
-template <class K, class S>
-void Solver<K, S>::bin_points() {
+template <class K, class S, class E>
+void Solver<K, S, E>::bin_points() {
   const std::size_t n = points_.size();
   std::vector<std::size_t> cell(n);
   for (std::size_t p = 0; p < n; ++p) cell[p] = cell_of(points_.x[p]);
@@ -38,8 +38,8 @@ void Solver<K, S>::bin_points() {
   drift_ = 0.0;
 }
 
-template <class K, class S>
-void Solver<K, S>::clear_grid() {
+template <class K, class S, class E>
+void Solver<K, S, E>::clear_grid() {
   for_each_active_column([&](int i) {
     for_each_node_of_column(i, [](Node<dim>& node, const auto&) {
       node.motion.setZero();
@@ -53,39 +53,48 @@ void Solver<K, S>::clear_grid() {
 ///   m_i = sum_p w_ip m_p,  (m v)_i = sum_p w_ip m_p (v_p + C_p (X_i - x_p)),  f_i = sum_p V_p sigma_p grad w_ip
 /// where C_p is the point's own gradient or B_p D_p^-1, D_p = sum_i w_ip (X_i - x_p)(X_i - x_p)^T, diagonal for
 /// tensor-product functions. (Compression is positive, hence the sign of f.)
-template <class K, class S>
-void Solver<K, S>::scatter(Forces forces) {
+template <class K, class S, class E>
+void Solver<K, S, E>::scatter(Forces forces) {
   with_affine([&](auto carried) {
     for_each_strip([&](std::size_t s) { scatter_strip<carried.value>(strips_[s], forces); });
   });
 }
 
-template <class K, class S>
+template <class K, class S, class E>
 template <Affine Carried>
-[[gnu::flatten]] void Solver<K, S>::scatter_strip(const Strip& strip, Forces forces) {
-  for_each_block(strip, [&](const auto& block) {
-    const auto x = points_.x.load(block);
-    const auto at = neighbours(x);
-    Given<dim> given(block.load_once(points_.mass));
-    given.momentum = given.mass * points_.v.load(block);
-    if constexpr (Carried != Affine::none) {
-      const auto carried = points_.affine.load(block);
-      for (int d = 0; d < dim; ++d)
-        given.momentum_slope[d] = (Carried == Affine::moment ? at.n[d].inverse_inertia * given.mass : given.mass) * carried[d];
+[[gnu::flatten]] void Solver<K, S, E>::scatter_strip(const Strip& strip, Forces forces) {
+  for_each_blocks<E>(strip.begin, strip.end, [&](const auto& blocks) {
+    std::array<GivenOf<Wide>, halves> given;
+#pragma GCC unroll 2
+    for (std::size_t h = 0; h < given.size(); ++h) {
+      const auto& block = blocks[h];
+      auto& [mass, momentum, force, momentum_slope, force_slope] = given[h];
+      mass = block.load_once(points_.mass);
+      momentum = mass * points_.v.load(block);
+      force = VecOf<Wide>::Zero();
+      momentum_slope.fill(VecOf<Wide>::Zero()), force_slope.fill(VecOf<Wide>::Zero());
+      if constexpr (Carried != Affine::none) {
+        const auto carried = points_.affine.load(block);
+        for (int d = 0; d < dim; ++d) momentum_slope[d] = mass * carried[d];
+      }
+      if (forces == Forces::with) {
+        const auto stress = volume(block) * plus_isotropic(points_.sigma.load(block), block.load(points_.pressure_correction));
+        for (int d = 0; d < dim; ++d)
+          for (int i = 0; i < dim; ++i) force_slope[d][i] = component(stress, i, d);
+        if constexpr (K::axisymmetric) force[0] = stress[2] / points_.x.load(block)[0];
+      }
     }
-    if (forces == Forces::with) {
-      const auto stress = volume(block) * plus_isotropic(points_.sigma.load(block), block.load(points_.pressure_correction));
-      for (int d = 0; d < dim; ++d)
-        for (int i = 0; i < dim; ++i) given.force_slope[d][i] = component(stress, i, d);
-      if constexpr (K::axisymmetric) given.force[0] = stress[2] / x[0];
-    }
-    give(given, at);
+    const auto at = neighbours(blocks);
+    auto all = narrow<GivenOf, E>(given);
+    if constexpr (Carried == Affine::moment)
+      for (int d = 0; d < dim; ++d) all.momentum_slope[d] = at.n[d].inverse_inertia * all.momentum_slope[d];
+    give(all, at);
   });
 }
 
 /// What gate and walls make of a nodal velocity.
-template <class K, class S>
-[[gnu::noinline]] auto Solver<K, S>::constrained_here(Vec v, const std::array<int, dim>& node, double time) const -> Vec {
+template <class K, class S, class E>
+[[gnu::noinline]] auto Solver<K, S, E>::constrained_here(Vec v, const std::array<int, dim>& node, double time) const -> Vec {
   if (setup_.gate.present && v[0] > 0.0 &&
       setup_.gate.closes(grid_.axes[0].node_position[static_cast<std::size_t>(node[0])],
                          grid_.axes[1].node_position[static_cast<std::size_t>(node[1])], time))
@@ -102,8 +111,8 @@ template <class K, class S>
 /// that it equals the change of nodal kinetic energy exactly. The walls act twice: first on what the points' momenta ask
 /// for, which the walls had refused already at the end of the last step: what that costs is the transfer's doing, not
 /// theirs. Fixed walls and rollers then do no work, and the wall's account holds friction alone.
-template <class K, class S>
-void Solver<K, S>::accelerate(double dt) {
+template <class K, class S, class E>
+void Solver<K, S, E>::accelerate(double dt) {
   struct Work {
     double gain = 0.0, wall = 0.0;  // of kinetic energy; taken by the walls
   };
@@ -138,8 +147,8 @@ void Solver<K, S>::accelerate(double dt) {
 }
 
 /// Momenta to velocities, without forces: for gradients taken from the points' own momenta.
-template <class K, class S>
-void Solver<K, S>::constrain(double time_offset) {
+template <class K, class S, class E>
+void Solver<K, S, E>::constrain(double time_offset) {
   for_each_active_column([&](int i) {
     for_each_node_of_column(i, [&](Node<dim>& node, const auto& index) {
       if (node.mass > 0.0) node.motion = constrained(Vec(node.motion / node.mass), index, time_ + time_offset);
@@ -148,8 +157,8 @@ void Solver<K, S>::constrain(double time_offset) {
 }
 
 /// v <- sum_{l < m} (I - S+ S)^l v on the nodes; see transfer/xpic.hpp. Uses `change` for the running term.
-template <class K, class S>
-void Solver<K, S>::sharpen_velocity() {
+template <class K, class S, class E>
+void Solver<K, S, E>::sharpen_velocity() {
   std::vector<Vec> term(points_.size());
   const auto sweep = [&](auto&& f) {
     for_each_active_column([&](int i) { for_each_node_of_column(i, f); });
@@ -183,18 +192,26 @@ void Solver<K, S>::sharpen_velocity() {
   });
 }
 
+/// Once for every node, not for every point that takes them.
+template <class K, class S, class E>
+void Solver<K, S, E>::narrow_velocities() {
+  for_each_active_column([&](int i) {
+    for_each_node_of_column(i, [&](const Node<dim>& node, const auto&) {
+      velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = FloatNode<dim>(node);
+    });
+  });
+}
+
 /// From the nodes to the points: new velocity, affine part and displacement, or grad v, or both in one pass over the nodes.
-template <class K, class S>
-void Solver<K, S>::gather(Gathered what, double dt) {
+template <class K, class S, class E>
+void Solver<K, S, E>::gather(Gathered what, double dt) {
   const Filter filter{relaxed(dt, setup_.numerics.relaxation_time), relaxed(dt, setup_.numerics.gradient_relaxation_time)};
   std::vector<Sums> sums(strips_.size());
   if (what != Gathered::velocity) rates_.clear();
-  const auto sweep = [&](auto carried) {
-    for_each_strip([&](std::size_t s) {
-      sums[s] = gather_strip<carried.value>(strips_[s], what, filter, dt);
-    });
-  };
-  with_affine(sweep);
+  if constexpr (halves == 2) narrow_velocities();
+  with_affine([&](auto carried) {
+    for_each_strip([&](std::size_t s) { sums[s] = gather_strip<carried.value>(strips_[s], what, filter, dt); });
+  });
   if (what != Gathered::gradient) {
     double before = 0.0, after = 0.0;
     max_speed_ = 0.0;
@@ -206,61 +223,72 @@ void Solver<K, S>::gather(Gathered what, double dt) {
     ledger_.kinetic = after;
     drift_ += max_speed_ * dt;
   }
-  if (what == Gathered::velocity) return;
-  if (setup_.numerics.averaging == VolumetricAveraging::nodal) average_over_nodes(volumetric_rate_);
-  rates_.divide();
+  if (what != Gathered::velocity && setup_.numerics.averaging == VolumetricAveraging::nodal) average_over_nodes(volumetric_rate_);
 }
 
-template <class K, class S>
+template <class K, class S, class E>
 template <Affine Carried>
-[[gnu::flatten]] auto Solver<K, S>::gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt) -> Sums {
+[[gnu::flatten]] auto Solver<K, S, E>::gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt) -> Sums {
   Wide kinetic_before = 0.0, kinetic_after = 0.0, speed = 0.0;
-  for_each_block(strip, [&](const auto& block) {
-    const auto x = points_.x.load(block);
-    const auto at = neighbours(x);
-    const auto all = collect<Carried != Affine::none>(at);
-    if (what != Gathered::gradient) {
-      const auto old = points_.v.load(block);
-      const VecOf<Wide> v = transferred(setup_.numerics.transfer, old, all.v, all.dv, filter.velocity);
-      points_.v.store(v, block);
-      const Wide half_mass = 0.5 * block.load_once(points_.mass);
-      kinetic_before += half_mass * old.squaredNorm();
-      kinetic_after += half_mass * v.squaredNorm();
-      if constexpr (Carried == Affine::moment) points_.affine.store(all.moment, block);
-      if constexpr (Carried == Affine::gradient) {
-        Eigen::Matrix<Wide, dim, dim> own, increment, grid_gradient;
-        MatOf<Wide> gradient = points_.affine.load(block);
-        for (int d = 0; d < dim; ++d) {
-          const Wide inverse = at.n[d].inverse_inertia;
-          for (int i = 0; i < dim; ++i) {
-            own(i, d) = gradient[d][i];
-            increment(i, d) = inverse * all.moment_increment[d][i];
-            grid_gradient(i, d) = inverse * all.moment[d][i];
-          }
+  const auto take_velocity = [&](const auto& block, const VecOf<Wide>& of_grid, const VecOf<Wide>& increment) {
+    const auto old = points_.v.load(block);
+    const VecOf<Wide> v = transferred(setup_.numerics.transfer, old, of_grid, increment, filter.velocity);
+    points_.v.store(v, block);
+    const Wide half_mass = 0.5 * block.load_once(points_.mass);
+    kinetic_before += half_mass * old.squaredNorm();
+    kinetic_after += half_mass * v.squaredNorm();
+    displacement_.store(dt * of_grid, block);
+    for (int d = 0; d < dim; ++d) speed = larger(speed, abs(of_grid[d]));
+  };
+  const auto take_gradient = [&](const auto& block, const VecOf<Wide>& of_grid, const MatOf<Wide>& gradient) {
+    Wide divergence = 0.0;
+    for (int d = 0; d < dim; ++d) divergence += gradient[d][d];
+    if constexpr (K::axisymmetric) {
+      const Wide hoop = of_grid[0] / points_.x.load(block)[0];
+      block.store(hoop, hoop_);
+      divergence += hoop;
+    }
+    velocity_gradient_.store(gradient, block);
+    if (setup_.numerics.averaging != VolumetricAveraging::cell) block.store(-divergence, volumetric_rate_);
+    if (averages_rates()) {
+      const Wide v = volume(block), e = block.load(points_.void_ratio);
+      const Wide mixed = select(e < loosest_mixed_, block.load_once(points_.mass), Wide(0.0));
+      rates_.give(block.load(cell_), {v, -(v * divergence), mixed, mixed * e});
+    }
+  };
+  const auto take_affine = [&](const auto& blocks, const auto& at, const CollectedOf<E>& all) {
+    if constexpr (Carried == Affine::moment) store_halves<E>(all.moment, blocks, points_.affine);
+    if constexpr (Carried == Affine::gradient) {
+      Eigen::Matrix<E, dim, dim> own, increment, grid_gradient;
+      MatOf<E> gradient = load_halves<E>(points_.affine, blocks);
+      for (int d = 0; d < dim; ++d) {
+        const E inverse = at.n[d].inverse_inertia;
+        for (int i = 0; i < dim; ++i) {
+          own(i, d) = gradient[d][i];
+          increment(i, d) = inverse * all.moment_increment[d][i];
+          grid_gradient(i, d) = inverse * all.moment[d][i];
         }
-        own = AffineFlip::gradient(own, increment, grid_gradient, filter.gradient, dt);
-        for (int d = 0; d < dim; ++d)
-          for (int i = 0; i < dim; ++i) gradient[d][i] = own(i, d);
-        points_.affine.store(gradient, block);
       }
-      displacement_.store(dt * all.v, block);
-      for (int d = 0; d < dim; ++d) speed = larger(speed, abs(all.v[d]));
+      own = AffineFlip::gradient(own, increment, grid_gradient, filter.gradient, dt);
+      for (int d = 0; d < dim; ++d)
+        for (int i = 0; i < dim; ++i) gradient[d][i] = own(i, d);
+      store_halves<E>(gradient, blocks, points_.affine);
+    }
+  };
+  for_each_blocks<E>(strip.begin, strip.end, [&](const auto& blocks) {
+    const auto at = neighbours(blocks);
+    const CollectedOf<E> all = collected<Carried != Affine::none>(at);
+    const auto v = widen<VecOf, E>(all.v);
+    if (what != Gathered::gradient) {
+      const auto dv = widen<VecOf, E>(all.dv);
+#pragma GCC unroll 2
+      for (std::size_t h = 0; h < halves; ++h) take_velocity(blocks[h], v[h], dv[h]);
+      take_affine(blocks, at, all);
     }
     if (what != Gathered::velocity) {
-      Wide divergence = 0.0;
-      for (int d = 0; d < dim; ++d) divergence += all.slope[d][d];
-      if constexpr (K::axisymmetric) {
-        const Wide hoop = all.v[0] / x[0];
-        block.store(hoop, hoop_);
-        divergence += hoop;
-      }
-      velocity_gradient_.store(all.slope, block);
-      if (setup_.numerics.averaging != VolumetricAveraging::cell) block.store(-divergence, volumetric_rate_);
-      if (averages_rates()) {
-        const Wide v = volume(block), e = block.load(points_.void_ratio);
-        const Wide mixed = select(e < loosest_mixed_, block.load_once(points_.mass), Wide(0.0));
-        rates_.give(block.load(cell_), {v, -(v * divergence), mixed, mixed * e});
-      }
+      const auto gradient = widen<MatOf, E>(all.slope);
+#pragma GCC unroll 2
+      for (std::size_t h = 0; h < halves; ++h) take_gradient(blocks[h], v[h], gradient[h]);
     }
   });
   Sums sum;
@@ -269,8 +297,8 @@ template <Affine Carried>
 }
 
 /// Moves the points; a point that would leave the grid ends the run, named.
-template <class K, class S>
-void Solver<K, S>::move() {
+template <class K, class S, class E>
+void Solver<K, S, E>::move() {
   std::vector<Sums> sums(strips_.size());
   pressures_.clear();
   for_each_strip([&](std::size_t s) {
@@ -314,11 +342,11 @@ void Solver<K, S>::move() {
 /// Void ratio from det F, then the law; books what it held, dissipated, and took as work. A point that has come to fill its
 /// cell is detached: it has nothing left to push against. The law sees the part of its strain that led there, and from then
 /// on none, and its stress stays its own; what that stress did to the grid beyond is booked as the detachment's.
-template <class K, class S>
-void Solver<K, S>::update_stress(double dt) {
+template <class K, class S, class E>
+void Solver<K, S, E>::update_stress(double dt) {
   std::vector<Sums> sums(strips_.size());
   const double mixing_rate = relaxed(dt, setup_.numerics.void_ratio_relaxation_time) / dt;
-  for_each_strip([&](std::size_t s) {
+  for_each_strip_at_once([&](std::size_t s) {
     for_each_chunk(strips_[s], [&](const Strip& chunk, Update& update) {
       if (sums[s].escaped >= 0) return;
       deform(chunk, dt, mixing_rate, update, sums[s]);
@@ -356,8 +384,8 @@ void Solver<K, S>::update_stress(double dt) {
 /// they would keep for ever what their void ratios differ by; on a critical-state locus 1e-5 of it is 1 kPa, and one point in
 /// four carries the load of all. Points more than twice as loose as any was at the start are not in contact with the others and
 /// do not mix.
-template <class K, class S>
-[[gnu::flatten]] void Solver<K, S>::deform(const Strip& chunk, double dt, double mixing_rate, Update& update, Sums& sum) {
+template <class K, class S, class E>
+[[gnu::flatten]] void Solver<K, S, E>::deform(const Strip& chunk, double dt, double mixing_rate, Update& update, Sums& sum) {
   std::copy_n(&points_.regime[chunk.begin], update.batch.size, update.batch.regime.begin());
   for_each_block(chunk, [&](const auto& block) {
     const Wide e = block.load(points_.void_ratio);
@@ -411,8 +439,8 @@ template <class K, class S>
 }
 
 /// What the law made of it, to the points and to the sums. What a law without fluctuations leaves at zero is not touched.
-template <class K, class S>
-[[gnu::flatten]] void Solver<K, S>::book(const Strip& chunk, double dt, Update& update, Sums& sum) {
+template <class K, class S, class E>
+[[gnu::flatten]] void Solver<K, S, E>::book(const Strip& chunk, double dt, Update& update, Sums& sum) {
   Batch& batch = update.batch;
   for (const std::size_t i : update.detached) batch.sigma[i].setZero();
   std::copy_n(batch.regime.begin(), batch.size, &points_.regime[chunk.begin]);
@@ -453,8 +481,8 @@ template <class K, class S>
 ///   T_i = sum_p w_ip m_p T_p / m_i,  m_i de_i = dt sum_p V_p grad w_ip . q_p,  de_p = sum_i w_ip de_i  [J/kg].
 /// The functions' slopes cancel at every point, so that nothing is gained or lost; where a point is asked for more than
 /// it holds, what that creates is booked. Explicit, in sub-steps of half the largest stable, 3/2 rho h^2/(4 dim kappa).
-template <class K, class S>
-void Solver<K, S>::conduct(double dt) {
+template <class K, class S, class E>
+void Solver<K, S, E>::conduct(double dt) {
   const double h = setup_.numerics.h;
   std::vector<double> rates(strips_.size());  // kappa/rho [m2/s]
   for_each_strip([&](std::size_t s) {
@@ -503,26 +531,25 @@ void Solver<K, S>::conduct(double dt) {
 
 /// The internal force takes the pressure through the same average as the volumetric rate, so that the work of the two
 /// is the same: sum V p avg(tr D) = sum V avg(p) tr D.
-template <class K, class S>
-void Solver<K, S>::share_pressure() {
+template <class K, class S, class E>
+void Solver<K, S, E>::share_pressure() {
   const auto correct = [&](const auto& block, const Wide& mean) {
     block.store(mean - block.load(pressure_), points_.pressure_correction);
   };
   switch (setup_.numerics.averaging) {
     case VolumetricAveraging::none: return;
     case VolumetricAveraging::cell:
-      pressures_.divide();
-      return for_each_block([&](const auto& block) { correct(block, pressures_.take(block.load(cell_)).value); });
+      return for_each_block_at_once([&](const auto& block) { correct(block, pressures_.take(block.load(cell_)).value); });
     case VolumetricAveraging::nodal:
       scratch_ = pressure_;
       average_over_nodes(scratch_);
-      return for_each_block([&](const auto& block) { correct(block, block.load(scratch_)); });
+      return for_each_block_at_once([&](const auto& block) { correct(block, block.load(scratch_)); });
   }
 }
 
 /// Points to nodes and back, volume-weighted: avg_p = sum_i w_ip (sum_q w_iq V_q a_q)/(sum_q w_iq V_q).
-template <class K, class S>
-void Solver<K, S>::average_over_nodes(std::vector<double>& field) {
+template <class K, class S, class E>
+void Solver<K, S, E>::average_over_nodes(std::vector<double>& field) {
   // `change` is free between stages: its first number holds the weight, its second the value
   for_each_active_column(
       [&](int i) { for_each_node_of_column(i, [](Node<dim>& node, const auto&) { node.change.setZero(); }); });
@@ -543,8 +570,8 @@ void Solver<K, S>::average_over_nodes(std::vector<double>& field) {
 }
 
 /// Energies held at the start.
-template <class K, class S>
-void Solver<K, S>::measure_held_energy() {
+template <class K, class S, class E>
+void Solver<K, S, E>::measure_held_energy() {
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const double m = points_.mass[p];
     ledger_.kinetic += 0.5 * m * points_.v[p].squaredNorm();
@@ -559,9 +586,9 @@ void Solver<K, S>::measure_held_energy() {
 ///   dt = 2/omega (sqrt(1 + xi^2) - xi),  omega = 2 c sqrt(dim)/h,  xi = nu omega/(2 c^2),  nu = viscosity/density
 /// (A point alone is stiffer than the bulk: c^2 sum_k dw_k^2/w_k summed over the axes, of quadratic B-splines up to
 /// 6 dim c^2/h^2; its limit is sqrt(2/3) of this one.)
-template <class K, class S>
+template <class K, class S, class E>
 template <class B>
-void Solver<K, S>::limit_step(const B& block, const StabilityOf<Wide>& of, Fastest& fastest) const {
+void Solver<K, S, E>::limit_step(const B& block, const StabilityOf<Wide>& of, Fastest& fastest) const {
   const double k = largest_wave_number_;
   const Wide inverse_density = (1.0 + block.load(points_.void_ratio)) * specific_volume_;
   const Wide c2 = of.modulus * inverse_density, damping = 0.5 * k * (of.viscosity * inverse_density);
@@ -582,8 +609,8 @@ void Solver<K, S>::limit_step(const B& block, const StabilityOf<Wide>& of, Faste
 /// That of the fastest point, and no point may cross more than a fifth of a cell per step. A law may lose all its stress, and
 /// with it all that limits the step; what it meets when contact comes back is not known before, but the step that was stable at
 /// the start, four times, still finds it in time.
-template <class K, class S>
-TimeStep Solver<K, S>::stable_step() const {
+template <class K, class S, class E>
+TimeStep Solver<K, S, E>::stable_step() const {
   TimeStep out{std::numeric_limits<double>::infinity(), Limit::none, 0};
   if (fastest_.rate > 0.0) out = {2.0 / fastest_.rate, fastest_.limit, fastest_.point};
   if (4.0 * first_limit_ < out.dt) out = {4.0 * first_limit_, Limit::none, 0};

@@ -42,9 +42,9 @@ constexpr double tiny = 1e-9;  // of the stable step: stages timed alone move no
 /// Cells along a side so that about `points` points, 2^dim per cell, fill a square or a cube.
 int side(int dim, double points) { return std::max(2, static_cast<int>(std::lround(0.5 * std::pow(points, 1.0 / dim)))); }
 
-Case scene(int dim, double points, const std::string& law, const std::string& shape) {
+Case scene(int dim, double points, const std::string& law, const std::string& shape, const std::string& precision = "single") {
   const double h = 0.1 / side(dim, points);
-  return Case::load("cases/column", {"material.law=" + law, "mpm.shape=" + shape, fmt::format("mpm.cell_size={:.17g}", h),
+  return Case::load("cases/column", {"material.law=" + law, "mpm.shape=" + shape, "mpm.precision=" + precision, fmt::format("mpm.cell_size={:.17g}", h),
                                      fmt::format("geometry.thickness={}", dim == 3 ? 0.1 : 0.005), "geometry.floor_length=0.2",
                                      fmt::format("geometry.dimension={}", dim == 3 ? "three_dimensional" : "plane_strain")});
 }
@@ -55,10 +55,10 @@ double allocated_bytes() {
   return static_cast<double>(now.uordblks + now.hblkhd);
 }
 
-void step(benchmark::State& state, int dim, double points, const std::string& law, const std::string& shape, int threads) {
+void step(benchmark::State& state, int dim, double points, const std::string& law, const std::string& shape, const std::string& precision, int threads) {
   omp_set_num_threads(threads);
   const double before = allocated_bytes();
-  const auto simulation = make_simulation(scene(dim, points, law, shape), {});
+  const auto simulation = make_simulation(scene(dim, points, law, shape, precision), {});
   for (int i = 0; i < 3; ++i) simulation->step(simulation->stable_step().dt);
   state.counters["bytes_per_point"] = (allocated_bytes() - before) / static_cast<double>(simulation->size());
   state.counters["points"] = static_cast<double>(simulation->size());
@@ -150,9 +150,10 @@ void add_stages(double points) {
   });
 }
 
-void add_step(int dim, double points, const std::string& law, const std::string& shape, int threads) {
-  add(fmt::format("benchmark:step/dimension:{}/shape:{}/law:{}/threads:{}/points:{:.0f}", dim, shape, law, threads, points),
-      [=](benchmark::State& s) { step(s, dim, points, law, shape, threads); });
+void add_step(int dim, double points, const std::string& law, const std::string& shape, int threads, const std::string& precision = "single") {
+  const std::string of_shape = shape == "quadratic_bspline" ? precision : "double";
+  add(fmt::format("benchmark:step/dimension:{}/shape:{}/precision:{}/law:{}/threads:{}/points:{:.0f}", dim, shape, of_shape, law, threads, points),
+      [=](benchmark::State& s) { step(s, dim, points, law, shape, precision, threads); });
 }
 
 }  // namespace
@@ -165,12 +166,13 @@ int main(int argc, char** argv) {
   add("benchmark:triad", triad);
   add("benchmark:multiply_add", multiply_add);
   for (const double points : {14400.0, 1e6}) {
-    add_stages<2, Solver<PlaneStrain, BSpline<2>>>(points);
-    add_stages<3, Solver<ThreeDimensional, BSpline<2>>>(points);
+    add_stages<2, Solver<PlaneStrain, BSpline<2>, WideFloat>>(points);
+    add_stages<3, Solver<ThreeDimensional, BSpline<2>, WideFloat>>(points);
   }
   for (const int dim : {2, 3}) {
     for (const int threads : {1, 2})
       for (const std::string law : {"drucker_prager", "lade_duncan", "solid_fluid"}) add_step(dim, 14400, law, quadratic, threads);
+    add_step(dim, 14400, "drucker_prager", quadratic, 1, "double");
     for (const std::string shape : {"linear", "gimp", "cubic_bspline"}) add_step(dim, 14400, "drucker_prager", shape, 1);
     for (const double points : {1e3, 1e4, 1e5, 1e6, 1e7})
       for (const int threads : {1, 2}) add_step(dim, points, "drucker_prager", quadratic, threads);

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <type_traits>
 
-#include "mpm/wide.hpp"
+#include "mpm/rows.hpp"
 
 namespace grainpair {
 
@@ -19,10 +19,10 @@ using Mat3 = Eigen::Matrix3d;
 using SymTensor = Eigen::Matrix<double, 6, 1>;  // Mandel components
 
 /// N numbers of several points at once. Copied one by one, so that they stay in registers.
-template <int N>
+template <int N, class Real = Wide>
 class WideArray {
  public:
-  using Scalar = Wide;
+  using Scalar = Real;
   WideArray() = default;
   template <class... Component>
     requires(sizeof...(Component) == N)
@@ -33,11 +33,11 @@ class WideArray {
     return *this;
   }
   static WideArray Zero() {
-    return of([](int) { return Wide(0.0); });
+    return of([](int) { return Real(0.0); });
   }
 
-  Wide& operator[](int i) { return c_[i]; }
-  const Wide& operator[](int i) const { return c_[i]; }
+  Real& operator[](int i) { return c_[i]; }
+  const Real& operator[](int i) const { return c_[i]; }
 
   friend WideArray operator+(const WideArray& a, const WideArray& b) {
     return of([&](int i) { return a[i] + b[i]; });
@@ -45,15 +45,15 @@ class WideArray {
   friend WideArray operator-(const WideArray& a, const WideArray& b) {
     return of([&](int i) { return a[i] - b[i]; });
   }
-  friend WideArray operator*(const Wide& x, const WideArray& a) {
+  friend WideArray operator*(const Real& x, const WideArray& a) {
     return of([&](int i) { return x * a[i]; });
   }
   WideArray& operator+=(const WideArray& b) { return *this = *this + b; }
 
   /// Halves first: two chains of additions.
-  Wide dot(const WideArray& b) const { return sum<0, (N + 1) / 2>(b) + sum<(N + 1) / 2, N>(b); }
-  Wide squaredNorm() const { return dot(*this); }
-  Wide norm() const { return sqrt(squaredNorm()); }
+  Real dot(const WideArray& b) const { return sum<0, (N + 1) / 2>(b) + sum<(N + 1) / 2, N>(b); }
+  Real squaredNorm() const { return dot(*this); }
+  Real norm() const { return sqrt(squaredNorm()); }
 
  private:
   template <class F>
@@ -67,26 +67,26 @@ class WideArray {
     return out;
   }
   template <int Begin, int End>
-  Wide sum(const WideArray& b) const {
-    Wide out = (*this)[Begin] * b[Begin];
+  Real sum(const WideArray& b) const {
+    Real out = (*this)[Begin] * b[Begin];
     for (int i = Begin + 1; i < End; ++i) out += (*this)[i] * b[i];
     return out;
   }
 
   /// Copied as a class, the compiler would keep it in memory.
-  static Wide same(const Wide& x) { return wide(lanes(x)); }
+  static Real same(const Real& x) { return wide(lanes(x)); }
 
-  Wide c_[N];
+  Real c_[N];
 };
 using WideTensor = WideArray<6>;
 
 /// A vector of `Dim` axes.
 template <int Dim, class Real>
-using VectorOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, 1>, WideArray<Dim>>;
+using VectorOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, 1>, WideArray<Dim, Real>>;
 
 /// A matrix of `Dim` by `Dim`; of several points at once, by columns.
 template <int Dim, class Real>
-using MatrixOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, Dim>, std::array<WideArray<Dim>, Dim>>;
+using MatrixOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, Dim>, std::array<WideArray<Dim, Real>, Dim>>;
 
 /// SymTensor for Real = double.
 template <class Real>

@@ -79,7 +79,8 @@ def mapping_record(entry: dict) -> dict:
 def table(rows: list[dict]) -> str:
     lines = []
     for row in rows:
-        what = " ".join(str(row[key]) for key in ("benchmark", "dimension", "shape", "law", "integrator", "case", "threads", "points")
+        what = " ".join(str(row[key]) for key in ("benchmark", "dimension", "shape", "precision", "law", "integrator", "case", "threads",
+                                                 "points")
                         if key in row)
         figures = [f"{row['point_steps_per_core_second'] / 1e6:8.2f} M point-steps per core-second"] if "point_steps_per_core_second" in row else []
         figures += [f"{row['fraction_of_bare_kernel']:.2f} of bare kernels"] if "fraction_of_bare_kernel" in row else []

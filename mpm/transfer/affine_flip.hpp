@@ -25,9 +25,10 @@ struct AffineFlip : Flip {
   template <class Mat>
   static Mat gradient(const Mat& own, const Mat& increment, const Mat& grid_gradient, double filter, double dt) {
     using Real = typename Mat::Scalar;
-    const Mat flip = own + increment, relaxed = flip + filter * (grid_gradient - flip);
-    const Real contraction = smaller(Real(grid_gradient.trace()), Real(0.0)) / 2.0;
-    return relaxed * ((1.0 - dt * contraction) * Mat::Identity() + dt * grid_gradient).inverse();
+    const Real way = constant<Real>(filter), step = constant<Real>(dt);
+    const Mat flip = own + increment, relaxed = flip + way * (grid_gradient - flip);
+    const Real contraction = smaller(Real(grid_gradient.trace()), Real(0)) / 2;
+    return relaxed * (Real(1 - step * contraction) * Mat::Identity() + step * grid_gradient).inverse();
   }
 };
 

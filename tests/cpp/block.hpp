@@ -61,8 +61,8 @@ struct Block {
   std::function<double(const Vec&)> granular_temperature = [](const Vec&) { return 0.0; };
   std::unique_ptr<Body> body = std::make_unique<BodyOf<Inert>>(Inert(any_case()));
 
-  template <class Shape>
-  std::unique_ptr<Solver<Kinematics, Shape>> build() {
+  template <class Shape, class Exchanged = Wide>
+  std::unique_ptr<Solver<Kinematics, Shape, Exchanged>> build() {
     const double pitch = h / points_per_cell;
     std::array<int, 3> n{1, 1, 1};
     for (std::size_t d = 0; d < dim; ++d) n[d] = (high[d] - low[d]) * points_per_cell;
@@ -93,8 +93,8 @@ struct Block {
           initial.push_back({stress(points.x[p]), void_ratio, granular_temperature(points.x[p])});
         }
     numerics.h = h;
-    return std::make_unique<Solver<Kinematics, Shape>>(
-        typename Solver<Kinematics, Shape>::Setup{box, pitch, solid_density, gravity, walls, {}, numerics},
+    return std::make_unique<Solver<Kinematics, Shape, Exchanged>>(
+        typename Solver<Kinematics, Shape, Exchanged>::Setup{box, pitch, solid_density, gravity, walls, {}, numerics},
         std::move(points), std::move(body), initial);
   }
 };

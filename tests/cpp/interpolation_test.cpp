@@ -11,16 +11,18 @@
 namespace grainpair {
 namespace {
 
-constexpr std::size_t lanes = Wide::size();
-constexpr double round_off = 1e-13;  // of sums of 27 numbers of order one
+/// Of sums of 27 numbers of order one, and their weights: some dozens of roundings.
+template <class Real>
+constexpr double round_off = std::is_same_v<Real, WideFloat> ? 64.0 * 0x1p-24 : 1e-13;
 
-template <class Shape, int Dim>
+template <class Shape, int Dim, class Real>
 struct Scene {
   using Vec = Eigen::Matrix<double, Dim, 1>;
   static constexpr int cells = 6;
 
   Grid<Dim, Shape> grid;
-  std::array<Vec, lanes> x;
+  std::array<Vec, Real::size()> x;
+  std::vector<FloatNode<Dim>> velocities;
   std::mt19937_64 random{7};
 
   static std::array<int, Dim> box() {
@@ -28,26 +30,41 @@ struct Scene {
     out.fill(cells);
     return out;
   }
-  /// Points in one cell, or anywhere; near walls, too.
-  explicit Scene(bool together) : grid(box(), 0.1, 0.05) {
+  /// As many points as `together` in a cell, the cells anywhere, near walls, too.
+  explicit Scene(std::size_t together) : grid(box(), 0.1, 0.05) {
     Vec corner;
-    for (int d = 0; d < Dim; ++d) corner[d] = std::floor(cells * unit());
-    for (Vec& point : x)
-      for (int d = 0; d < Dim; ++d) point[d] = 0.1 * (together ? corner[d] + unit() : cells * unit());
+    for (std::size_t point = 0; point < x.size(); ++point)
+      for (int d = 0; d < Dim; ++d) {
+        if (point % together == 0) corner[d] = std::floor(cells * unit());
+        x[point][d] = 0.1 * (corner[d] + unit());
+      }
   }
   double unit() { return std::uniform_real_distribution<double>(0.001, 0.999)(random); }
   double number() { return std::normal_distribution<double>()(random); }
-  VectorOf<Dim, Wide> vector() {
-    VectorOf<Dim, Wide> out;
-    for (int d = 0; d < Dim; ++d) out[d] = Wide([&](auto) { return number(); });
+  Real of_each(auto&& f) {
+    return Real([&](auto point) { return static_cast<typename Real::value_type>(f(point)); });
+  }
+  VectorOf<Dim, Real> vector() {
+    VectorOf<Dim, Real> out;
+    for (int d = 0; d < Dim; ++d) out[d] = of_each([&](auto) { return number(); });
     return out;
   }
-  Neighbours<Dim, Shape::support> neighbours() {
-    Neighbours<Dim, Shape::support> out;
+  Neighbours<Dim, Shape::support, Real> neighbours() {
+    Neighbours<Dim, Shape::support, Real> out;
     out.nodes = grid.nodes.data();
+    if constexpr (std::is_same_v<Real, Wide>) {
+      out.velocities = out.nodes;
+    } else {
+      velocities = {grid.nodes.begin(), grid.nodes.end()};
+      out.velocities = velocities.data();
+    }
     for (int d = 0; d < Dim; ++d) {
       out.stride[d] = grid.stride[d];
-      Shape::evaluate(grid.axes[d], Wide([&](auto lane) { return x[lane][d]; }), out.n[d]);
+      const auto half = [&](std::size_t first) { return Wide([&](auto lane) { return x[first + lane][d]; }); };
+      if constexpr (std::is_same_v<Real, Wide>)
+        Shape::evaluate(grid.axes[d], half(0), out.n[d]);
+      else
+        Shape::evaluate(grid.axes[d], {half(0), half(Wide::size())}, out.n[d]);
     }
     return out;
   }
@@ -76,18 +93,19 @@ struct Scene {
   }
 };
 
-template <class Shape, int Dim>
-void gives_as_alone(bool together) {
-  Scene<Shape, Dim> scene(together);
-  const Wide mass([&](auto) { return scene.unit(); });
-  Given<Dim> given(mass);
+template <class Shape, int Dim, class Real>
+void gives_as_alone(std::size_t together) {
+  constexpr double bound = round_off<Real>;
+  Scene<Shape, Dim, Real> scene(together);
+  Given<Dim, Real> given;
+  given.mass = scene.of_each([&](auto) { return scene.unit(); });
   given.momentum = scene.vector(), given.force = scene.vector();
   for (int d = 0; d < Dim; ++d) given.momentum_slope[d] = scene.vector(), given.force_slope[d] = scene.vector();
   for (auto& node : scene.grid.nodes) node.motion.setZero(), node.change.setZero(), node.mass = 0.0;
   give(given, scene.neighbours());
   const auto nodes = scene.grid.nodes;
   for (auto& node : scene.grid.nodes) node.motion.setZero(), node.change.setZero(), node.mass = 0.0;
-  for (std::size_t lane = 0; lane < lanes; ++lane)
+  for (std::size_t lane = 0; lane < Real::size(); ++lane)
     scene.each_node(lane, [&](auto& node, double w, const auto& slope, const auto& arm) {
       node.mass += w * given.mass[lane];
       for (int c = 0; c < Dim; ++c) {
@@ -102,21 +120,22 @@ void gives_as_alone(bool together) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto& expected = scene.grid.nodes[i];
     given_mass += nodes[i].mass;
-    ASSERT_NEAR(nodes[i].mass, expected.mass, round_off);
-    ASSERT_LT((nodes[i].motion - expected.motion).norm(), round_off);
-    ASSERT_LT((nodes[i].change - expected.change).norm(), 10.0 * round_off);  // slopes are of order 1/h
+    ASSERT_NEAR(nodes[i].mass, expected.mass, bound);
+    ASSERT_LT((nodes[i].motion - expected.motion).norm(), bound);
+    ASSERT_LT((nodes[i].change - expected.change).norm(), 10.0 * bound);  // slopes are of order 1/h
   }
-  EXPECT_NEAR(given_mass, reduce(given.mass), round_off);
+  EXPECT_NEAR(given_mass, reduce(given.mass), bound);
 }
 
-template <class Shape, int Dim>
-void collects_as_alone(bool together) {
-  Scene<Shape, Dim> scene(together);
+template <class Shape, int Dim, class Real>
+void collects_as_alone(std::size_t together) {
+  constexpr double bound = round_off<Real>;
+  Scene<Shape, Dim, Real> scene(together);
   for (auto& node : scene.grid.nodes)
     for (int c = 0; c < Dim; ++c) node.motion[c] = scene.number(), node.change[c] = scene.number();
   const auto all = collect<true>(scene.neighbours());
-  for (std::size_t lane = 0; lane < lanes; ++lane) {
-    using Vec = typename Scene<Shape, Dim>::Vec;
+  for (std::size_t lane = 0; lane < Real::size(); ++lane) {
+    using Vec = typename Scene<Shape, Dim, Real>::Vec;
     using Mat = Eigen::Matrix<double, Dim, Dim>;
     Vec v = Vec::Zero(), dv = Vec::Zero();
     Mat gradient = Mat::Zero(), moment = Mat::Zero(), increment = Mat::Zero();
@@ -126,13 +145,13 @@ void collects_as_alone(bool together) {
       moment += w * node.motion * arm.transpose(), increment += w * node.change * arm.transpose();
     });
     for (int c = 0; c < Dim; ++c) {
-      ASSERT_NEAR(all.v[c][lane], v[c], round_off);
-      ASSERT_NEAR(all.dv[c][lane], dv[c], round_off);
+      ASSERT_NEAR(all.v[c][lane], v[c], bound);
+      ASSERT_NEAR(all.dv[c][lane], dv[c], bound);
       for (std::size_t d = 0; d < Dim; ++d) {
         const int axis = static_cast<int>(d);
-        ASSERT_NEAR(all.slope[d][c][lane], gradient(c, axis), 10.0 * round_off);
-        ASSERT_NEAR(all.moment[d][c][lane], moment(c, axis), round_off);
-        ASSERT_NEAR(all.moment_increment[d][c][lane], increment(c, axis), round_off);
+        ASSERT_NEAR(all.slope[d][c][lane], gradient(c, axis), 10.0 * bound);
+        ASSERT_NEAR(all.moment[d][c][lane], moment(c, axis), bound);
+        ASSERT_NEAR(all.moment_increment[d][c][lane], increment(c, axis), bound);
       }
     }
   }
@@ -144,10 +163,23 @@ using Shapes = testing::Types<BSpline<1>, BSpline<2>, BSpline<3>, Gimp>;
 TYPED_TEST_SUITE(Interpolation, Shapes);
 
 TYPED_TEST(Interpolation, GivesWhatEachPointAloneWould) {
-  for (const bool together : {true, false}) gives_as_alone<TypeParam, 2>(together), gives_as_alone<TypeParam, 3>(together);
+  for (const std::size_t together : {4, 1}) gives_as_alone<TypeParam, 2, Wide>(together), gives_as_alone<TypeParam, 3, Wide>(together);
 }
 TYPED_TEST(Interpolation, CollectsWhatEachPointAloneWould) {
-  for (const bool together : {true, false}) collects_as_alone<TypeParam, 2>(together), collects_as_alone<TypeParam, 3>(together);
+  for (const std::size_t together : {4, 1}) collects_as_alone<TypeParam, 2, Wide>(together), collects_as_alone<TypeParam, 3, Wide>(together);
+}
+
+template <class Shape>
+class SinglePrecision : public testing::Test {};
+using Splines = testing::Types<BSpline<1>, BSpline<2>, BSpline<3>>;
+TYPED_TEST_SUITE(SinglePrecision, Splines);
+
+// all in one cell, each half in one, none with another
+TYPED_TEST(SinglePrecision, GivesWhatEachPointAloneWould) {
+  for (const std::size_t together : {8, 4, 1}) gives_as_alone<TypeParam, 2, WideFloat>(together), gives_as_alone<TypeParam, 3, WideFloat>(together);
+}
+TYPED_TEST(SinglePrecision, CollectsWhatEachPointAloneWould) {
+  for (const std::size_t together : {8, 4, 1}) collects_as_alone<TypeParam, 2, WideFloat>(together), collects_as_alone<TypeParam, 3, WideFloat>(together);
 }
 
 }  // namespace
