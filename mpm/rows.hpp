@@ -9,6 +9,7 @@
 
 namespace grainpair {
 
+/// A struct of one number.
 template <class Real>
 using Single = Real;
 
