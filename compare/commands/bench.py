@@ -1,10 +1,10 @@
 """Speed of the continuum's step, its stages, its laws, the mapping and the output, as a fraction of what this machine can do.
 
 Everything is timed in one run, in processor time: point-steps per second of one core, beside the same figure of bare
-kernels (mpm/bare_kernels.hpp), the bandwidth of a triad and the rate of multiply-adds. Compare ratios, not seconds.
+kernels (mpm/bare_kernels.hpp), the bandwidth of a triad and the rate of multiply-adds. Compare ratios, not seconds. Of two
+threads also how many times faster they are than one, on the clock. With --quick each figure is the best of three.
 """
 import json
-import os
 import subprocess
 
 from compare.errors import EngineError
@@ -26,11 +26,10 @@ def run(options) -> int:
 
 def records(quick: bool) -> list[dict]:
     """One record per measurement: what was run, points, point-steps per core and second, fractions of the limits."""
-    settings = ["--benchmark_min_time=0.2"] + ([f"--benchmark_filter={QUICK}"] if quick else [])
+    settings = ["--benchmark_min_time=0.2"] + ([f"--benchmark_filter={QUICK}", "--benchmark_repetitions=3"] if quick else [])
     measured = [record(entry) for entry in timed("step_benchmark", settings)]
     measured += [law_record(entry) for entry in timed("law_benchmark", ["--benchmark_min_time=0.1", "--benchmark_filter=mixed"])]
-    measured += [mapping_record(entry) for entry in timed("tests/coarse_grain_benchmark", ["--benchmark_min_time=0.2"])
-                 if entry["run_type"] == "iteration"]
+    measured += [mapping_record(entry) for entry in timed("tests/coarse_grain_benchmark", ["--benchmark_min_time=0.2"])]
     bare = {(row["dimension"], row["points"]): row["point_steps_per_core_second"]
             for row in measured if row["benchmark"] == "bare_kernels"}
     for row in measured:
@@ -38,16 +37,32 @@ def records(quick: bool) -> list[dict]:
                     key=lambda key: abs(key[1] / row["points"] - 1.0))
         if limit and row["benchmark"] == "step":
             row["fraction_of_bare_kernel"] = row["point_steps_per_core_second"] / bare[limit]
+    add_speed_up(measured)
     return measured
 
 
+def add_speed_up(rows: list[dict]) -> None:
+    """To every step of several threads, how many times faster than with one of them it is on the clock."""
+    what = ("dimension", "shape", "precision", "law", "points")
+    steps = [row for row in rows if row["benchmark"] == "step"]
+    alone = {tuple(row[key] for key in what): row["point_steps_per_second"] for row in steps if row["threads"] == 1}
+    for row in steps:
+        if row["threads"] > 1:
+            row["speed_up"] = row["point_steps_per_second"] / alone[tuple(row[key] for key in what)]
+
+
 def timed(name: str, settings: list[str]) -> list[dict]:
-    """Entries of a Google Benchmark program; threads that wait sleep, so that their time is not counted."""
+    """Entries of a Google Benchmark program, the best of its repetitions."""
     command = [str(program(name)), "--benchmark_format=json", *settings]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, "OMP_WAIT_POLICY": "passive"})
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise EngineError(f"{name}: {done.stderr.strip().splitlines()[-1] if done.stderr.strip() else 'ended early'}")
-    return json.loads(done.stdout)["benchmarks"]
+    best: dict[str, dict] = {}
+    for entry in json.loads(done.stdout)["benchmarks"]:
+        if entry["run_type"] == "iteration":
+            kept = best.setdefault(entry["name"], entry)
+            kept |= {clock: min(kept[clock], entry[clock]) for clock in ("cpu_time", "real_time")}
+    return list(best.values())
 
 
 def record(entry: dict) -> dict:
@@ -58,8 +73,9 @@ def record(entry: dict) -> dict:
         return row | {"bytes_per_second": entry["bytes_per_second"]}
     if row["benchmark"] == "multiply_add":
         return row | {"flops_per_second": entry["flops"]}
-    seconds = entry["cpu_time"] * {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}[entry["time_unit"]]
-    row |= {"points": int(entry["points"]), "point_steps_per_core_second": entry["points"] / seconds}
+    unit = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}[entry["time_unit"]]
+    row |= {"points": int(entry["points"]), "point_steps_per_core_second": entry["points"] / (entry["cpu_time"] * unit),
+            "point_steps_per_second": entry["points"] / (entry["real_time"] * unit)}
     return row | ({"bytes_per_point": entry["bytes_per_point"]} if "bytes_per_point" in entry else {})
 
 
@@ -84,6 +100,7 @@ def table(rows: list[dict]) -> str:
                         if key in row)
         figures = [f"{row['point_steps_per_core_second'] / 1e6:8.2f} M point-steps per core-second"] if "point_steps_per_core_second" in row else []
         figures += [f"{row['fraction_of_bare_kernel']:.2f} of bare kernels"] if "fraction_of_bare_kernel" in row else []
+        figures += [f"{row['speed_up']:.2f} times as fast as one"] if "speed_up" in row else []
         figures += [f"{row['bytes_per_point']:.0f} bytes per point"] if "bytes_per_point" in row else []
         figures += [f"{row[key]:.3g} {key.replace('_', ' ')}" for key in row if key.endswith("per_second") and not key.startswith("point")]
         lines.append(f"{what:<72} {', '.join(figures)}")
