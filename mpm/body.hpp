@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <numeric>
 
-#include "mpm/columns.hpp"
-#include "mpm/material.hpp"
+#include "mpm/point_stage.hpp"
 
 namespace grainpair {
 
@@ -25,16 +24,7 @@ struct Batch {
   std::vector<double> work;                  // [J/kg] stress work of this step, if it has room for it
   std::vector<double> granular_temperature;  // [m2/s2]
   Columns<StabilityOf> stability;
-  std::vector<std::uint8_t> regime;          // before the update that of the last step
-};
-
-/// What is zero in a plane: of a tensor, of a struct that begins with one, and of a step.
-struct InPlane {
-  static constexpr Range tensor{4, 6}, step{4, 8};
-};
-/// Nothing.
-struct InSpace {
-  static constexpr Range tensor{}, step{};
+  std::vector<std::int32_t> regime;          // before the update that of the last step
 };
 
 class Body {
@@ -44,6 +34,10 @@ class Body {
   virtual void initialise(std::size_t first, std::span<const InitialState> initial, Batch& batch) = 0;
   /// Updates points first .. first + batch.size - 1.
   virtual void update(std::size_t first, Batch& batch) = 0;
+  /// The points of a strip from their velocity gradient to their new place, with what that does to the sums.
+  virtual void advance(PointStage<PlaneStrain>& stage, const Strip& strip, PointSums& sums) = 0;
+  virtual void advance(PointStage<Axisymmetric>& stage, const Strip& strip, PointSums& sums) = 0;
+  virtual void advance(PointStage<ThreeDimensional>& stage, const Strip& strip, PointSums& sums) = 0;
   /// state[i] <- state[order[i]]; called whenever the solver reorders its points.
   virtual void reorder(std::span<const std::uint32_t> order) = 0;
   /// Whether grains may have a granular temperature, dissipate by collisions, or be viscous.
@@ -77,7 +71,7 @@ class BodyOf final : public Body {
       if (!batch.work.empty()) batch.work[i] = r.work;
       batch.granular_temperature[i] = law_.granular_temperature(r.state);
       batch.stability.set(i, law_.stability(r.state, initial[i].void_ratio));
-      batch.regime[i] = static_cast<std::uint8_t>(r.regime);
+      batch.regime[i] = static_cast<std::int32_t>(r.regime);
     }
   }
 
@@ -88,15 +82,9 @@ class BodyOf final : public Body {
       update_all<InSpace>(first, batch);
   }
 
-  template <class Where>
-  [[gnu::flatten]] void update_all(std::size_t first, Batch& batch) {
-    if constexpr (!requires { Law::regimes_cost_differently; }) {
-      const Law law = law_;  // which no store can change
-      for_each_block(0, batch.size, [&](const auto& block) { update<Where>(law, first, batch, block); });
-    } else
-      for (std::size_t begin = 0; begin < batch.size; begin += window)
-        update_by_regime<Where>(first, batch, begin, std::min(begin + window, batch.size));
-  }
+  void advance(PointStage<PlaneStrain>& stage, const Strip& strip, PointSums& sums) override { advance_all(stage, strip, sums); }
+  void advance(PointStage<Axisymmetric>& stage, const Strip& strip, PointSums& sums) override { advance_all(stage, strip, sums); }
+  void advance(PointStage<ThreeDimensional>& stage, const Strip& strip, PointSums& sums) override { advance_all(stage, strip, sums); }
 
   void reorder(std::span<const std::uint32_t> order) override { state_.reorder(order); }
 
@@ -135,7 +123,61 @@ class BodyOf final : public Body {
     }
     return Range{};
   }();
-  static constexpr std::size_t window = 256;  // points of which those of one regime are brought together
+  static constexpr bool by_regime = requires { Law::regimes_cost_differently; };
+  static constexpr std::size_t window = 64;  // points of which those of one regime are brought together: few enough for the cache
+
+  template <class Where>
+  [[gnu::noinline, gnu::flatten]] void update_all(std::size_t first, Batch& batch) {
+    if constexpr (!by_regime) {
+      const Law law = law_;  // which no store can change
+      for_each_block(0, batch.size, [&](const auto& block) { update<Where>(law, first, batch, block); });
+    } else
+      for (std::size_t begin = 0; begin < batch.size; begin += window)
+        update_by_regime<Where>(first, batch, begin, std::min(begin + window, batch.size));
+  }
+
+  /// Block by block; through a batch where points of one regime are to be brought together.
+  template <class Kinematics>
+  [[gnu::flatten]] void advance_all(PointStage<Kinematics>& stage, const Strip& strip, PointSums& out) {
+    using Where = typename PointStage<Kinematics>::Where;
+    PointSums sums;
+    if constexpr (!by_regime) {
+      const Law law = law_;
+      for_each_block(strip.begin, strip.end, [&](const auto& block) {
+        const Strained strained = stage.strain(block, sums);
+        const auto r = law.update(state_.load(block, state_without<Where>), strained.step);
+        state_.store(r.state, block, state_without<Where>);
+        store_regime(r.regime, block, stage.points.regime);
+        stage.template book<!athermal>(block, strained.mixing, strained.detached,
+                                       {r.sigma, r.energies, law.stability(r.state, strained.step.void_ratio), law.granular_temperature(r.state)}, sums);
+      });
+    } else {
+      thread_local Batch batch(window, false);
+      thread_local std::vector<double> mixing(window), detached(window);
+      batch.in_plane = Kinematics::dimension == 2;
+      for (std::size_t first = strip.begin; first < strip.end; first += window) {
+        const std::size_t end = std::min(first + window, strip.end);
+        batch.size = end - first;
+        for_each_block(first, end, [&](const auto& block) {
+          const Strained strained = stage.strain(block, sums);
+          const auto row = block.from(first);
+          batch.steps.store(strained.step, row, Where::step);
+          row.store(strained.mixing, mixing), row.store(strained.detached, detached);
+        });
+        std::copy_n(&stage.points.regime[first], batch.size, batch.regime.begin());
+        update_all<Where>(first, batch);
+        std::copy_n(batch.regime.begin(), batch.size, &stage.points.regime[first]);
+        for_each_block(first, end, [&](const auto& block) {
+          const auto row = block.from(first);
+          stage.template book<!athermal>(block, row.load(mixing), row.load(detached),
+                                         {batch.sigma.load(row, Where::tensor), batch.energies.load(row, Zeros::energies),
+                                          batch.stability.load(row, Zeros::stability), row.load(batch.granular_temperature)},
+                                         sums);
+        });
+      }
+    }
+    out = sums;
+  }
 
   /// Blocks of one regime as they are; what the others hold, regime by regime.
   template <class Where>
@@ -147,11 +189,11 @@ class BodyOf final : public Body {
       if (std::all_of(regime, regime + block.count, [&](auto r) { return r == *regime; })) return update<Where>(law_, first, batch, block);
       for (std::size_t lane = 0; lane < block.count; ++lane) mixed[count++] = static_cast<std::uint32_t>(block(lane));
     });
-    std::array<std::uint16_t, 257> next{};
-    for (std::size_t i = 0; i < count; ++i) ++next[batch.regime[mixed[i]] + 1u];
+    std::array<std::uint16_t, 6> next{};  // five regimes
+    for (std::size_t i = 0; i < count; ++i) ++next[static_cast<std::size_t>(batch.regime[mixed[i]]) + 1];
     std::partial_sum(next.begin(), next.end(), next.begin());
     std::array<std::uint32_t, window> order;
-    for (std::size_t i = 0; i < count; ++i) order[next[batch.regime[mixed[i]]]++] = mixed[i];
+    for (std::size_t i = 0; i < count; ++i) order[next[static_cast<std::size_t>(batch.regime[mixed[i]])]++] = mixed[i];
     for (std::size_t i = 0; i < count; i += Wide::size()) {
       Scattered at;  // what is left over repeats the last
       for (std::size_t lane = 0; lane < Wide::size(); ++lane) at.points[lane] = order[std::min(i + lane, count - 1)];
@@ -169,7 +211,7 @@ class BodyOf final : public Body {
     if (!batch.work.empty()) at.store(r.work, batch.work.data());
     if constexpr (!athermal) at.store(law.granular_temperature(r.state), batch.granular_temperature.data());
     batch.stability.store(law.stability(r.state, step.void_ratio), at, Zeros::stability);
-    for (std::size_t lane = 0; lane < Wide::size(); ++lane) batch.regime[at(lane)] = static_cast<std::uint8_t>(r.regime[lane]);
+    for (std::size_t lane = 0; lane < Wide::size(); ++lane) batch.regime[at(lane)] = static_cast<std::int32_t>(r.regime[lane]);
   }
 
   Law law_;

@@ -8,7 +8,7 @@
 
 namespace grainpair {
 
-/// Two quantities of the points of a cell, each with its weight; divided by these, their means.
+/// Two quantities of the points of a cell, each with its weight; divided by these, their means; without, of no meaning.
 template <class Real>
 struct CellSums {
   Real weight = 0.0, value = 0.0, other_weight = 0.0, other_value = 0.0;
@@ -24,12 +24,10 @@ class CellMeans {
     if (alike(cell)) return add_sums<CellSums>(sums, [&](std::size_t) { return &sums_[static_cast<std::size_t>(at[0])].weight; });
     add_rows<CellSums>(sums, [&](std::size_t lane) { return &sums_[static_cast<std::size_t>(at[lane])].weight; });
   }
-  /// The means of their cells; what comes of no weight is of no meaning.
+  /// The sums of their cells.
   CellSums<Wide> take(const Wide& cell) const {
     const auto at = index_below(cell);
-    CellSums<Wide> out = alike(cell) ? broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight) : look_up<CellSums>(sums_.data(), at);
-    out.value /= out.weight, out.other_value /= out.other_weight;
-    return out;
+    return alike(cell) ? broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight) : look_up<CellSums>(sums_.data(), at);
   }
 
  private:

@@ -30,6 +30,11 @@ struct Consecutive {
     else
       for (std::size_t lane = 0; lane < count; ++lane) field[first + lane] = from[lane];
   }
+  /// Of a number in single precision.
+  Wide load(const float* field) const {
+    if constexpr (Full) return std::experimental::static_simd_cast<Wide>(std::bit_cast<Float>(*reinterpret_cast<const FloatRow*>(field + first)));
+    return Wide([&](auto lane) { return static_cast<double>(field[(*this)(lane)]); });
+  }
   Wide load(const std::vector<double>& field) const { return load(field.data()); }
   void store(const Wide& from, std::vector<double>& field) const { store(from, field.data()); }
   /// The same, and nothing of the repeated: for sums over points.
@@ -79,8 +84,7 @@ void for_each_blocks(std::size_t begin, std::size_t end, F&& f) {
 /// f(block) over points begin ... end - 1.
 template <class F>
 void for_each_block(std::size_t begin, std::size_t end, F&& f) {
-  for (; begin + Wide::size() <= end; begin += Wide::size()) f(Consecutive<true>{begin, Wide::size()});
-  if (begin < end) f(Consecutive<false>{begin, end - begin});
+  for_each_blocks<Wide>(begin, end, [&](const auto& blocks) { f(blocks[0]); });
 }
 
 /// Of columns.
@@ -93,7 +97,7 @@ template <class T>
 concept EigenMatrix = std::is_base_of_v<Eigen::MatrixBase<T>, T>;
 
 /// A struct of Reals, a vector or a matrix of every point, by columns.
-template <template <class> class Struct>
+template <template <class> class Struct, class Number = double>
 class Columns {
  public:
   static constexpr std::size_t width = sizeof(Struct<Wide>) / sizeof(Wide);
@@ -101,7 +105,7 @@ class Columns {
 
   explicit Columns(std::size_t points = 0) { resize(points); }
 
-  void resize(std::size_t points, double value = 0.0) {
+  void resize(std::size_t points, Number value = 0) {
     size_ = points;
     // an odd number of cache lines beyond whole pages: the columns of a point share no set of the cache
     stride_ = (points + 511) / 512 * 512 + 40;
@@ -125,31 +129,72 @@ class Columns {
     });
   }
 
+  /// As many points as a Real of this precision holds, by its blocks.
+  template <class Real, class Blocks>
+  Struct<Real> load_blocks(const Blocks& blocks) const {
+    if constexpr (std::is_same_v<Real, Wide>) {
+      return load(blocks[0]);
+    } else {
+      Struct<Real> out;
+      auto* const to = reinterpret_cast<Real*>(&out);
+      each([&](std::size_t c) {
+        const Number* const from = column(c);
+        if (full(blocks))
+          to[c] = wide(*reinterpret_cast<const WideFloatRow*>(from + blocks[0].first));
+        else
+          to[c] = Real([&](auto lane) { return from[blocks[lane / Wide::size()](lane % Wide::size())]; });
+      });
+      return out;
+    }
+  }
+  template <class Real, class Blocks>
+  void store_blocks(const Struct<Real>& from, const Blocks& blocks) {
+    if constexpr (std::is_same_v<Real, Wide>) {
+      store(from, blocks[0]);
+    } else {
+      const auto* const in = reinterpret_cast<const Real*>(&from);
+      each([&](std::size_t c) {
+        Number* const to = column(c);
+        if (full(blocks))
+          *reinterpret_cast<WideFloatRow*>(to + blocks[0].first) = lanes(in[c]);
+        else
+          for (std::size_t lane = 0; lane < Real::size(); ++lane)
+            if (lane % Wide::size() < blocks[lane / Wide::size()].count) to[blocks[lane / Wide::size()](lane % Wide::size())] = in[c][lane];
+      });
+    }
+  }
+
   /// One point's: a copy of a struct, a view of a vector or matrix.
   auto operator[](std::size_t p) const {
-    if constexpr (EigenMatrix<Struct<double>>) {
-      return Eigen::Map<const Struct<double>, 0, Stride>(column(0) + p, stride());
+    if constexpr (EigenMatrix<Struct<Number>>) {
+      return Eigen::Map<const Struct<Number>, 0, Stride>(column(0) + p, stride());
     } else {
-      Struct<double> out;
-      auto* const to = reinterpret_cast<double*>(&out);
+      Struct<Number> out;
+      auto* const to = reinterpret_cast<Number*>(&out);
       each([&](std::size_t c) { to[c] = column(c)[p]; });
       return out;
     }
   }
   auto operator[](std::size_t p)
-    requires EigenMatrix<Struct<double>>
+    requires EigenMatrix<Struct<Number>>
   {
-    return Eigen::Map<Struct<double>, 0, Stride>(column(0) + p, stride());
+    return Eigen::Map<Struct<Number>, 0, Stride>(column(0) + p, stride());
   }
-  void set(std::size_t p, const Struct<double>& from) {
-    const auto* const in = reinterpret_cast<const double*>(&from);
+  void set(std::size_t p, const Struct<Number>& from) {
+    const auto* const in = reinterpret_cast<const Number*>(&from);
     each([&](std::size_t c) { column(c)[p] = in[c]; });
+  }
+
+  template <class Other>
+  void assign(const Columns<Struct, Other>& from) {
+    resize(from.size());
+    each([&](std::size_t c) { std::copy_n(from.column(c), size_, column(c)); });
   }
 
   /// point[i] <- point[order[i]]
   template <class Order>
   void reorder(const Order& order) {
-    std::vector<double> sorted(order.size());
+    std::vector<Number> sorted(order.size());
     each([&](std::size_t c) {
       for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = column(c)[order[i]];
       std::copy(sorted.begin(), sorted.end(), column(c));
@@ -157,36 +202,82 @@ class Columns {
   }
 
  private:
+  template <template <class> class, class>
+  friend class Columns;
+  /// Two blocks are one after the other unless points are left over.
+  template <class Blocks>
+  static bool full(const Blocks& blocks) {
+    return blocks[0].count + blocks[1].count == 2 * Wide::size();
+  }
   using Stride = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
 
   template <class F>
   static void each(F&& f) {
     [&]<std::size_t... c>(std::index_sequence<c...>) { (f(c), ...); }(std::make_index_sequence<width>());
   }
-  double* column(std::size_t c) { return numbers_.data() + c * stride_; }
-  const double* column(std::size_t c) const { return numbers_.data() + c * stride_; }
+  Number* column(std::size_t c) { return numbers_.data() + c * stride_; }
+  const Number* column(std::size_t c) const { return numbers_.data() + c * stride_; }
   Stride stride() const {
     const auto inner = static_cast<Eigen::Index>(stride_);
-    return {inner * Struct<double>::RowsAtCompileTime, inner};
+    return {inner * Struct<Number>::RowsAtCompileTime, inner};
   }
 
   std::size_t size_ = 0, stride_ = 0;
-  std::vector<double, Eigen::aligned_allocator<double>> numbers_;
+  std::vector<Number, Eigen::aligned_allocator<Number>> numbers_;
 };
 
-/// Columns of as many points as a Real holds, in its precision, and back.
-template <class Real, template <class> class Struct, class Blocks>
-Struct<Real> load_halves(const Columns<Struct>& columns, const Blocks& blocks) {
-  std::array<Struct<Wide>, Halves<Real>().size()> halves;
-#pragma GCC unroll 2
-  for (std::size_t h = 0; h < halves.size(); ++h) halves[h] = columns.load(blocks[h]);
-  return narrow<Struct, Real>(halves);
-}
-template <class Real, template <class> class Struct, class Blocks>
-void store_halves(const std::type_identity_t<Struct<Real>>& from, const Blocks& blocks, Columns<Struct>& columns) {
-  const auto halves = widen<Struct, Real>(from);
-#pragma GCC unroll 2
-  for (std::size_t h = 0; h < halves.size(); ++h) columns.store(halves[h], blocks[h]);
-}
+/// What points exchange with nodes, in the precision in which they do: double, until it is narrowed.
+template <template <class> class Struct>
+class ExchangedColumns {
+ public:
+  explicit ExchangedColumns(std::size_t points = 0, bool narrow = false) : narrow_(narrow) { resize(points); }
+
+  void resize(std::size_t points) { narrow_ ? single_.resize(points) : double_.resize(points); }
+  /// In single precision from now on.
+  void narrow() {
+    single_.assign(double_);
+    double_.resize(0);
+    narrow_ = true;
+  }
+
+  template <class At>
+  Struct<Wide> load(const At& at) const {
+    return narrow_ ? single_.load(at) : double_.load(at);
+  }
+  template <class Real, class Blocks>
+  Struct<Real> load_blocks(const Blocks& blocks) const {
+    return of<Real>().template load_blocks<Real>(blocks);
+  }
+  template <class Real, class Blocks>
+  void store_blocks(const std::type_identity_t<Struct<Real>>& from, const Blocks& blocks) {
+    of<Real>().template store_blocks<Real>(from, blocks);
+  }
+
+  /// One point's, in double precision.
+  auto operator[](std::size_t p) const { return double_[p]; }
+  auto operator[](std::size_t p) { return double_[p]; }
+
+  template <class Order>
+  void reorder(const Order& order) {
+    narrow_ ? single_.reorder(order) : double_.reorder(order);
+  }
+
+ private:
+  template <class Real>
+  auto& of() {
+    if constexpr (std::is_same_v<Real, WideFloat>)
+      return single_;
+    else
+      return double_;
+  }
+  template <class Real>
+  const auto& of() const {
+    return const_cast<ExchangedColumns*>(this)->of<Real>();
+  }
+
+  Columns<Struct> double_;
+  Columns<Struct, float> single_;
+  bool narrow_;
+};
 
 }  // namespace grainpair

@@ -30,22 +30,20 @@ struct NodeOf<3, Real> {
 template <int Dim>
 struct alignas(64) Node : NodeOf<Dim, double> {};
 
-/// Motion and change in single precision, by fours.
-template <int Dim>
-struct FloatNode {
-  static constexpr int room = Dim == 2 ? 2 : 4;
-  std::array<float, room> motion{}, change{};
-  FloatNode() = default;
-  explicit FloatNode(const Node<Dim>& node) {
-    for (int d = 0; d < Dim; ++d) motion[d] = static_cast<float>(node.motion[d]), change[d] = static_cast<float>(node.change[d]);
-  }
-};
-
-/// As much of nodes as their motion and change take, by fours, of several points.
-template <int Dim, class Real>
+/// As much of nodes as their motion and change take, by fours.
+template <int Dim, class Number>
 struct Motion {
   static constexpr int room = Dim == 2 ? 2 : 4;
-  std::array<Real, room> motion, change;
+  std::array<Number, room> motion, change;
+};
+
+/// Of one node in single precision.
+template <int Dim>
+struct FloatNode : Motion<Dim, float> {
+  FloatNode() : Motion<Dim, float>{} {}
+  explicit FloatNode(const Node<Dim>& node) : FloatNode() {
+    for (int d = 0; d < Dim; ++d) this->motion[d] = static_cast<float>(node.motion[d]), this->change[d] = static_cast<float>(node.change[d]);
+  }
 };
 
 /// Several points' momenta and forces, and how both change along each axis.

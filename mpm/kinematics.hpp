@@ -1,7 +1,7 @@
 // What "dimension" means: how many axes the grid has, and what the missing ones do.
 #pragma once
 
-#include "mpm/tensor.hpp"
+#include "mpm/material.hpp"
 
 namespace grainpair {
 
@@ -24,8 +24,10 @@ struct ThreeDimensional {
 
 /// det(I + grad u) of a displacement with symmetric part -strain (compression positive) and rotation vector w, so that the
 /// skew part of grad u times a is w x a:  det(A + [w]x) = det A + w.A.w for a symmetric A = I - strain.
-inline Wide stretched_volume(const WideTensor& strain, const Eigen::Matrix<Wide, 3, 1>& w) {
+template <class Where>
+Wide stretched_volume(const WideTensor& strain, const Eigen::Matrix<Wide, 3, 1>& w) {
   const WideTensor a = plus_isotropic(Wide(-1.0) * strain, Wide(1.0));
+  if constexpr (std::is_same_v<Where, InPlane>) return (a[0] * a[1] - 0.5 * a[3] * a[3] + w[2] * w[2]) * a[2];
   Wide turned = 0.0;  // w.A.w
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) turned += w[i] * component(a, i, j) * w[j];

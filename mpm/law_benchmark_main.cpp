@@ -70,7 +70,7 @@ void update(benchmark::State& state, const Case& material, const Flow& flow) {
     body->update(0, batch);
     benchmark::DoNotOptimize(batch.work.data());
   }
-  for (const auto r : batch.regime) share[r] += 1.0 / count;
+  for (const auto r : batch.regime) share[static_cast<std::size_t>(r)] += 1.0 / count;
   const double points = static_cast<double>(state.iterations() * count);
   state.counters["ns/point"] =
       benchmark::Counter(points * 1e-9, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);

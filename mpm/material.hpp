@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "mpm/columns.hpp"
 #include "mpm/tensor.hpp"
-#include "mpm/wide.hpp"
 
 namespace grainpair {
 
@@ -58,6 +58,23 @@ struct StabilityOf {
   Real viscosity;  // longitudinal viscosity lambda + 4 eta/3 [Pa s]
 };
 using Stability = StabilityOf<double>;
+
+/// What is zero in a plane: of a tensor, of a struct that begins with one, and of a step.
+struct InPlane {
+  static constexpr Range tensor{4, 6}, step{4, 8};
+};
+/// Nothing.
+struct InSpace {
+  static constexpr Range tensor{}, step{};
+};
+
+/// What a law tells of several points after an update.
+struct Outcome {
+  WideTensor sigma;  // [Pa]
+  EnergiesOf<Wide> energies;
+  StabilityOf<Wide> stability;
+  Wide granular_temperature = 0.0;  // [m2/s2]
+};
 
 /// The state a point starts from.
 struct InitialState {

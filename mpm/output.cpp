@@ -125,7 +125,7 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
     records.tensor("velocity", "m/s", speed, xyz, [&](std::size_t i, int c) { return simulation.velocity(row[i])[c]; });
     records.tensor("stress", "Pa", stress, {"xx", "yy", "zz", "xy", "yz", "zx"}, [&](std::size_t i, int c) {
       // what the grid feels: the pressure averaged as the volumetric rate is
-      return c < 3 ? points.sigma[row[i]][c] + points.pressure_correction[row[i]]
+      return c < 3 ? points.sigma[row[i]][c] + simulation.pressure_correction(row[i])
                    : points.sigma[row[i]][c] / std::numbers::sqrt2;
     });
     records.template scalar<std::uint32_t>("id", "-", none, of(points.id));

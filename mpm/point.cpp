@@ -210,7 +210,7 @@ class Point {
   SymTensor sigma = SymTensor::Zero();
   Energies energies{};
   double work = 0.0, temperature = 0.0;
-  std::uint8_t regime = 0;
+  int regime = 0;
   double seconds = 0.0;
   long updates = 0;
 
@@ -385,7 +385,7 @@ PointHistory drive(const PointPath& path) {
       const double sign = leg.cycles > 0 && phase > 1.0 && phase < 3.0 ? -1.0 : 1.0;
       const SymTensor given = sign * leg.rate;
       const Vec3 spin = sign * leg.spin;
-      const std::uint8_t regime = point.regime;
+      const int regime = point.regime;
       SymTensor D = given;
       if (leg.constant_stress) {
         attempt_at_stress(point, leg, given, spin, dt, target, free_rate,

@@ -9,6 +9,14 @@
 
 namespace grainpair {
 
+/// field[i] <- field[order[i]]
+template <class Field>
+void reorder_field(Field& field, const std::vector<std::uint32_t>& order) {
+  Field sorted = field;
+  for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = field[order[i]];
+  field.swap(sorted);
+}
+
 template <int Dim>
 struct Points {
   static constexpr int dimension = Dim;
@@ -19,18 +27,17 @@ struct Points {
 
   Columns<Vec> x;                 // position [m]
   Columns<Vec> v;                 // velocity [m/s]
-  Columns<Mat> affine;            // what the transfer carries: a moment or a gradient, see transfer/affine.hpp
+  ExchangedColumns<Mat> affine;   // what the transfer carries: a moment or a gradient, see transfer/affine.hpp
   std::vector<double> mass;       // [kg]
   std::vector<double> void_ratio; // e, from det F [-]
   Columns<Tensor> sigma;          // total stress, compression positive [Pa]
-  std::vector<double> pressure_correction;  // averaged minus own pressure, used in the internal force [Pa]
 
-  std::vector<double> stored, fluctuation;        // held energies [J/kg]
+  std::vector<double> fluctuation;                // energy held [J/kg]
   std::vector<double> plastic, collisional;       // dissipated since release [J/kg]
   std::vector<double> conducted;                  // fluctuation that came by conduction since release [J/kg]
   std::vector<double> granular_temperature;       // [m2/s2]
   std::vector<double> deviatoric_strain;          // accumulated sqrt(2/3 dev D : dev D) dt [-]
-  std::vector<std::uint8_t> regime;
+  std::vector<std::int32_t> regime;
   std::vector<std::uint32_t> id;
 
   std::size_t size() const { return x.size(); }
@@ -39,7 +46,7 @@ struct Points {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // whatever is not set shows
     x.resize(n, nan), v.resize(n), affine.resize(n), sigma.resize(n);
     for (auto* field : {&mass, &void_ratio}) field->resize(n, nan);
-    for (auto* field : {&granular_temperature, &pressure_correction, &stored, &fluctuation, &plastic, &collisional, &conducted, &deviatoric_strain})
+    for (auto* field : {&granular_temperature, &fluctuation, &plastic, &collisional, &conducted, &deviatoric_strain})
       field->resize(n, 0.0);
     regime.resize(n, 0);
     id.resize(n);
@@ -47,13 +54,9 @@ struct Points {
 
   /// point[i] <- point[order[i]] for every field.
   void reorder(const std::vector<std::uint32_t>& order) {
-    const auto apply = [&](auto& field) {
-      auto sorted = field;
-      for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = field[order[i]];
-      field.swap(sorted);
-    };
+    const auto apply = [&](auto& field) { reorder_field(field, order); };
     x.reorder(order), v.reorder(order), affine.reorder(order), sigma.reorder(order);
-    apply(mass), apply(void_ratio), apply(pressure_correction), apply(stored), apply(fluctuation), apply(plastic);
+    apply(mass), apply(void_ratio), apply(fluctuation), apply(plastic);
     apply(collisional), apply(conducted), apply(granular_temperature);
     apply(deviatoric_strain), apply(regime), apply(id);
   }

@@ -19,6 +19,7 @@ template <class Number, int count>
 using LanesOf [[gnu::vector_size(sizeof(Number) * count)]] = Number;
 using Row [[gnu::vector_size(32), gnu::aligned(8)]] = double;
 using FloatRow [[gnu::vector_size(16), gnu::aligned(4)]] = float;
+using WideFloatRow [[gnu::vector_size(32), gnu::aligned(4)]] = float;
 inline LanesOf<double, 4> lanes(const Wide& from) { return std::bit_cast<LanesOf<double, 4>>(from); }
 inline LanesOf<float, 8> lanes(const WideFloat& from) { return std::bit_cast<LanesOf<float, 8>>(from); }
 inline Wide wide(LanesOf<double, 4> from) { return std::bit_cast<Wide>(from); }

@@ -1,8 +1,8 @@
 // Shape functions on one axis; the grid's are their tensor products.
 //
-// A policy gives: `support`, the number of nodes that share a point; an Axis built for [0, n h]; and
-// evaluate(axis, x, weights), of one point (Real = double) or of several at once (Real = Wide). Positions of the nodes are such that sum_i w_i X_i = x everywhere (linear
-// completeness), which the affine transfers and the patch test rely on.
+// A policy gives: `support`, the number of nodes that share a point; `reach`, of those that share any point of a cell; an Axis built for
+// [0, n h]; and evaluate(axis, x, weights), of one point (Real = double) or of several at once (Real = Wide). Positions of the nodes are
+// such that sum_i w_i X_i = x everywhere (linear completeness), which the affine transfers and the patch test rely on.
 #pragma once
 
 #include <algorithm>
@@ -41,6 +41,7 @@ template <int P>
 struct BSpline {
   static constexpr int degree = P;
   static constexpr int support = P + 1;
+  static constexpr int reach = support;  // nodes that the points of one cell share
 
   template <class Real>
   struct Cell {
@@ -169,6 +170,7 @@ struct BSpline {
 struct Gimp {
   static constexpr int degree = 1;
   static constexpr int support = 3;
+  static constexpr int reach = 4;
 
   struct Axis {
     double h, inverse_h, half_size;

@@ -31,7 +31,7 @@ struct SolverStages {
   }
   template <class S>
   static void constitutive_update(S& solver, double dt) {
-    solver.update_stress(dt);
+    solver.update_points(dt, S::Moves::yes);
   }
 };
 

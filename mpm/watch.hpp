@@ -93,7 +93,7 @@ class Watch {
       long key = 0;
       for (int d = 0; d < dim; ++d) key = key * 65536 + static_cast<long>(x[d] / cell_);
       CellSums& cell = cells[key];
-      cell.mass += m, cell.pressure += m * (pressure + points.pressure_correction[p]);
+      cell.mass += m, cell.pressure += m * (pressure + simulation.pressure_correction(p));
       cell.velocity += m * v, cell.place += m * x;
       cell.members.push_back(static_cast<std::uint32_t>(p));
     }
@@ -108,7 +108,7 @@ class Watch {
         const Vec3 r = simulation.position(p) - place, v = simulation.velocity(p) - mean;
         inertia += points.mass[p] * r * r.transpose();
         moment += points.mass[p] * v * r.transpose();
-        const double own = points.sigma[p].template head<3>().sum() / 3.0 + points.pressure_correction[p];
+        const double own = points.sigma[p].template head<3>().sum() / 3.0 + simulation.pressure_correction(p);
         deviation += points.mass[p] * (own - pressure) * (own - pressure);
       }
       means += cell.mass * pressure * pressure;

@@ -27,9 +27,8 @@ struct SolverStages {
       }
     solver.accelerate(dt);
     solver.gather(S::Gathered::both, dt);
-    solver.update_stress(dt);
     solver.time_ += dt;
-    solver.move();
+    solver.update_points(dt, S::Moves::yes);
   }
 };
 

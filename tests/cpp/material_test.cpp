@@ -43,7 +43,7 @@ class Point {
   Energies energies{};
   double work = NAN, temperature = NAN;
   Stability stability{};
-  std::uint8_t regime = 255;
+  int regime = 255;
 
   double held() const { return energies.stored + energies.fluctuation; }
   double dissipated() const { return energies.plastic + energies.collisional; }
