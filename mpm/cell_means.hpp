@@ -18,6 +18,11 @@ class CellMeans {
  public:
   void resize(std::size_t cells) { sums_.assign(cells, {}); }
   void clear() { std::fill(sums_.begin(), sums_.end(), CellSums<double>{}); }
+  /// Column `i` of `columns` alike, the cells of which follow each other.
+  void clear_column(std::size_t i, std::size_t columns) {
+    const std::size_t cells = sums_.size() / columns;
+    std::fill_n(sums_.begin() + static_cast<std::ptrdiff_t>(i * cells), cells, CellSums<double>{});
+  }
   /// Adds what points bring to their cells, `cell` [number].
   void give(const Wide& cell, const CellSums<Wide>& sums) {
     const auto at = index_below(cell);

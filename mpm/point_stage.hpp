@@ -130,7 +130,6 @@ class PointStage {
     dt_ = dt, moves_ = moves;
     const double tau = numerics_.void_ratio_relaxation_time;
     mixing_rate_ = tau > 0.0 ? -std::expm1(-dt / tau) / dt : 0.0;
-    pressures.clear();
   }
 
   /// Of points and their voids [m3/kg].

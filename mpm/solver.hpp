@@ -87,7 +87,7 @@ class Solver final : public Simulation {
 
   /// The algorithm. Each stage books the energy it moves.
   void step(double dt) override {
-    if (drift_ + max_speed_ * dt > 0.9 * setup_.numerics.h) bin_points();
+    if (drift_ + max_speed_ * dt > drift_limit * setup_.numerics.h) bin_points();
     clear_grid();
     if (setup_.numerics.stress_update == StressUpdate::first) {
       scatter(Forces::without);                              // mass and momentum
@@ -145,6 +145,7 @@ class Solver final : public Simulation {
  private:
   friend struct SolverStages;  // times the stages one by one
   static constexpr std::size_t halves = Halves<Exchanged>().size();
+  static constexpr double drift_limit = 0.4;  // of points between sortings, in cells: the more they drift, the fewer share their nodes
   /// Strips of one colour go side by side: from the first to the last node that points of a strip reach, which may have drifted by a
   /// cell to either side, there are strip_width + reach + 1, less than `colours` strips. Three colours allow thinner ones, of which a
   /// cube has more to share out.
@@ -171,10 +172,15 @@ class Solver final : public Simulation {
   struct Sums {
     double kinetic_before = 0.0, kinetic_after = 0.0, speed = 0.0, gained = 0.0, conducted = 0.0;
   };
+  /// Of the nodes of a column, in accelerate().
+  struct Work {
+    double gain = 0.0, wall = 0.0;  // of kinetic energy; taken by the walls [J]
+  };
   enum class Moves { no, yes };
 
   void initialise(const std::vector<InitialState>& initial);
   void bin_points();
+  void put_fours_first(std::vector<std::uint32_t>& order, const std::vector<std::size_t>& cell) const;
   void clear_grid();
   void scatter(Forces forces);
   template <Affine Carried>
@@ -191,7 +197,7 @@ class Solver final : public Simulation {
   Sums gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt);
   void update_points(double dt, Moves moves);
   void move_points();
-  void book_places(const std::vector<PointSums>& sums);
+  void book_places();
   void conduct(double dt);
   void share_pressure();
   void average_over_nodes(std::vector<double>& field);
@@ -282,6 +288,9 @@ class Solver final : public Simulation {
   void for_each_active_column(F&& f) {
     side_by_side(stage_.box.begin[0], stage_.box.end[0], 1, f);
   }
+  void clear_cells(CellMeans& means, int column) {
+    means.clear_column(static_cast<std::size_t>(column - stage_.box.begin[0]), static_cast<std::size_t>(stage_.box.end[0] - stage_.box.begin[0]));
+  }
   template <class F>
   void for_each_node_of_column(int i, F&& f) {
     std::array<int, dim> node;
@@ -343,6 +352,9 @@ class Solver final : public Simulation {
   std::vector<FloatNode<dim>> velocities_;  // of the nodes, where points take them in single precision [m/s]
   std::vector<double> scratch_;             // of conduction: conductivity times volume [J s m-1]
   std::vector<Strip> strips_;
+  std::vector<Sums> sums_;             // of the last sweep, by strip
+  std::vector<PointSums> point_sums_;
+  std::vector<Work> work_;             // by column of nodes
   Fastest fastest_;
   double first_limit_ = std::numeric_limits<double>::infinity();  // of the step, at the start [s]
   double drift_ = 0.0, max_speed_ = 0.0;  // since the points were binned [m]; of the last step [m/s]

@@ -30,6 +30,7 @@ void Solver<K, S, E>::bin_points() {
   std::vector<std::uint32_t> order(n);
   std::iota(order.begin(), order.end(), 0u);
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return cell[a] < cell[b]; });
+  put_fours_first(order, cell);
   stage_.reorder(order);
   body_->reorder(order);
 
@@ -55,9 +56,33 @@ void Solver<K, S, E>::bin_points() {
   drift_ = 0.0;
 }
 
+/// Within each strip: as many points of a cell as fill a Wide stay together, what cells have left over follows at the end. In a flowing
+/// column, whose cells hold three points or five, all blocks but the last would else straddle cells and share no nodes.
+template <class K, class S, class E>
+void Solver<K, S, E>::put_fours_first(std::vector<std::uint32_t>& order, const std::vector<std::size_t>& cell) const {
+  std::size_t strip_cells = strip_width;
+  for (int d = 1; d < dim; ++d) strip_cells *= static_cast<std::size_t>(setup_.cells[d]);
+  std::vector<std::uint32_t> arranged, left_over;
+  arranged.reserve(order.size());
+  for (auto next = order.begin(); next != order.end();) {
+    const std::size_t here = cell[*next];
+    const auto end = std::find_if(next, order.end(), [&](auto p) { return cell[p] != here; });
+    const auto whole = next + (end - next) / static_cast<int>(Wide::size()) * static_cast<int>(Wide::size());
+    arranged.insert(arranged.end(), next, whole);
+    left_over.insert(left_over.end(), whole, end);
+    next = end;
+    if (next == order.end() || cell[*next] / strip_cells != here / strip_cells) {
+      arranged.insert(arranged.end(), left_over.begin(), left_over.end());
+      left_over.clear();
+    }
+  }
+  order.swap(arranged);
+}
+
 template <class K, class S, class E>
 void Solver<K, S, E>::clear_grid() {
   for_each_active_column([&](int i) {
+    clear_cells(stage_.rates, i);
     for_each_node_of_column(i, [](Node<dim>& node, const auto&) {
       node.motion.setZero();
       node.change.setZero();
@@ -128,11 +153,9 @@ template <class K, class S, class E>
 /// theirs. Fixed walls and rollers then do no work, and the wall's account holds friction alone.
 template <class K, class S, class E>
 [[gnu::flatten]] void Solver<K, S, E>::accelerate(double dt) {
-  struct Work {
-    double gain = 0.0, wall = 0.0;  // of kinetic energy; taken by the walls
-  };
-  std::vector<Work> columns(static_cast<std::size_t>(stage_.box.end[0]));
+  work_.assign(static_cast<std::size_t>(stage_.box.end[0]), {});
   for_each_active_column([&](int i) {
+    clear_cells(stage_.pressures, i);  // the forces have taken them
     Work sum;
     for_each_node_of_column(i, [&](Node<dim>& node, const auto& index) {
       const double m = node.mass;
@@ -154,9 +177,9 @@ template <class K, class S, class E>
       node.change = v - mapped;
       narrow_velocity(node);
     });
-    columns[static_cast<std::size_t>(i)] = sum;
+    work_[static_cast<std::size_t>(i)] = sum;
   });
-  for (const Work& c : columns) {
+  for (const Work& c : work_) {
     ledger_.transfer += c.gain;  // the points book the other halves of both mappings
     ledger_.wall += c.wall;
     ledger_.time_integration -= c.gain + c.wall;  // work of force and gravity, until law and potential energy book theirs
@@ -215,15 +238,14 @@ void Solver<K, S, E>::sharpen_velocity() {
 template <class K, class S, class E>
 void Solver<K, S, E>::gather(Gathered what, double dt) {
   const Filter filter{relaxed(dt, setup_.numerics.relaxation_time), relaxed(dt, setup_.numerics.gradient_relaxation_time)};
-  std::vector<Sums> sums(strips_.size());
-  if (what != Gathered::velocity) stage_.rates.clear();
+  sums_.assign(strips_.size(), {});
   with_affine([&](auto carried) {
-    for_each_strip([&](std::size_t s) { sums[s] = gather_strip<carried.value>(strips_[s], what, filter, dt); });
+    for_each_strip([&](std::size_t s) { sums_[s] = gather_strip<carried.value>(strips_[s], what, filter, dt); });
   });
   if (what != Gathered::gradient) {
     double before = 0.0, after = 0.0;
     max_speed_ = 0.0;
-    for (const Sums& s : sums) {
+    for (const Sums& s : sums_) {
       before += s.kinetic_before, after += s.kinetic_after;
       max_speed_ = std::max(max_speed_, s.speed);
     }
@@ -302,13 +324,14 @@ template <Affine Carried>
 /// What points make of their velocity gradients (point_stage.hpp); a point that turns inside out or leaves the grid ends the run, named.
 template <class K, class S, class E>
 void Solver<K, S, E>::update_points(double dt, Moves moves) {
-  std::vector<PointSums> sums(strips_.size());
+  point_sums_.assign(strips_.size(), {});
+  if (moves == Moves::no) stage_.pressures.clear();  // else accelerate() has
   stage_.begin(dt, moves == Moves::yes);
-  for_each_strip([&](std::size_t s) { body_->advance(stage_, strips_[s], sums[s]); });
+  for_each_strip([&](std::size_t s) { body_->advance(stage_, strips_[s], point_sums_[s]); });
   const EnergyLedger before = ledger_;
   ledger_.stored = ledger_.fluctuation = 0.0;
   fastest_ = {};
-  for (const PointSums& s : sums) {
+  for (const PointSums& s : point_sums_) {
     if (s.inverted >= 0) {
       const auto p = static_cast<std::size_t>(s.inverted);
       throw SolverError(fmt::format("point {}: volume inverted (void ratio {:.3g}) at ({:.4g}, {:.4g}) m, t = {:.4g} s lower "
@@ -329,26 +352,26 @@ void Solver<K, S, E>::update_points(double dt, Moves moves) {
   const double absorbed = (ledger_.stored + ledger_.fluctuation + ledger_.plastic + ledger_.collisional) -
                           (before.stored + before.fluctuation + before.plastic + before.collisional);
   ledger_.time_integration -= absorbed;
-  if (moves == Moves::yes) book_places(sums);
+  if (moves == Moves::yes) book_places();
 }
 
 /// Where the law has already answered.
 template <class K, class S, class E>
 void Solver<K, S, E>::move_points() {
-  std::vector<PointSums> sums(strips_.size());
+  point_sums_.assign(strips_.size(), {});
   stage_.pressures.clear();
   for_each_strip([&](std::size_t s) {
     for_each_block(strips_[s], [&](const auto& block) {
-      stage_.give_pressure(block, stage_.move(block, sums[s]));
+      stage_.give_pressure(block, stage_.move(block, point_sums_[s]));
     });
   });
-  book_places(sums);
+  book_places();
 }
 
 template <class K, class S, class E>
-void Solver<K, S, E>::book_places(const std::vector<PointSums>& sums) {
+void Solver<K, S, E>::book_places() {
   double potential = 0.0;
-  for (const PointSums& s : sums) {
+  for (const PointSums& s : point_sums_) {
     potential += reduce(s.potential);
     if (s.escaped >= 0) {
       const auto p = static_cast<std::size_t>(s.escaped);

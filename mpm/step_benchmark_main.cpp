@@ -27,10 +27,12 @@ struct SolverStages {
   }
   template <class S>
   static void grid_to_particles(S& solver, double dt) {
+    solver.stage_.rates.clear();
     solver.gather(S::Gathered::both, dt);
   }
   template <class S>
   static void constitutive_update(S& solver, double dt) {
+    solver.stage_.pressures.clear();
     solver.update_points(dt, S::Moves::yes);
   }
 };

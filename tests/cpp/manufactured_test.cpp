@@ -14,7 +14,7 @@ namespace grainpair {
 struct SolverStages {
   template <class S, class Force>
   static void step(S& solver, double dt, const Force& body_force) {
-    if (solver.drift_ + solver.max_speed_ * dt > 0.9 * solver.setup_.numerics.h) solver.bin_points();
+    if (solver.drift_ + solver.max_speed_ * dt > S::drift_limit * solver.setup_.numerics.h) solver.bin_points();
     solver.clear_grid();
     solver.scatter(S::Forces::with);
     auto& grid = solver.grid_;

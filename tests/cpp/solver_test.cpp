@@ -3,6 +3,8 @@
 #include <omp.h>
 
 #include <Eigen/QR>
+#include <map>
+#include <set>
 
 #include "tests/cpp/block.hpp"
 
@@ -230,23 +232,39 @@ TYPED_TEST(SolverOf, HydrostaticColumnDoesNotDrift) {
   EXPECT_LT(std::sqrt(rest.squaredNorm() / static_cast<double>(rest.size())) / pressure.mean(), 0.01);
 }
 
-TEST(Solver, ResultsDoNotDependOnThreads) {
-  const auto run = [](int threads) {
-    omp_set_num_threads(threads);
-    Block<PlaneStrain> block{.box = {30, 30}, .low = {0, 2}, .high = {17, 12}};
-    block.gravity = {0.0, -9.81};
-    block.walls[1][0].contact = Contact::fixed;
-    block.body = linear_elastic(0.25);
-    auto solver = block.build<BSpline<2>>();
-    for (int i = 0; i < 300; ++i) solver->step(solver->stable_step().dt);
-    std::map<std::uint32_t, Eigen::Vector2d> v;
-    for (std::size_t p = 0; p < solver->size(); ++p) v[solver->points().id[p]] = solver->points().v[p];
-    return std::pair(v, solver->ledger().transfer);
-  };
-  const auto one = run(1), two = run(2);
+/// Velocities of the points, by id, and what transfers lost, of a block that falls onto a floor.
+template <class Kinematics>
+auto fallen(const Block<Kinematics>& start, int threads) {
+  omp_set_num_threads(threads);
+  Block<Kinematics> block{.box = start.box, .low = start.low, .high = start.high};
+  block.gravity[1] = -9.81;
+  block.walls[1][0].contact = Contact::fixed;
+  block.body = linear_elastic(0.25);
+  auto solver = block.template build<BSpline<2>>();
+  for (int i = 0; i < 300; ++i) solver->step(solver->stable_step().dt);
   omp_set_num_threads(1);
-  EXPECT_EQ(one.second, two.second);
-  for (const auto& [id, v] : one.first) EXPECT_EQ(v, two.first.at(id));
+  std::map<std::uint32_t, Vec3> v;
+  for (std::size_t p = 0; p < solver->size(); ++p) v[solver->points().id[p]] = solver->velocity(p);
+  return std::pair(v, solver->ledger().transfer);
+}
+
+// Strips of one colour share no node, in the plane and in space, whose strips are thinner.
+TEST(Solver, ResultsDoNotDependOnThreads) {
+  const Block<PlaneStrain> plane{.box = {30, 30}, .low = {0, 2}, .high = {17, 12}};
+  EXPECT_EQ(fallen(plane, 1), fallen(plane, 2));
+  const Block<ThreeDimensional> space{.box = {16, 16, 4}, .low = {0, 1, 0}, .high = {11, 6, 4}};
+  EXPECT_EQ(fallen(space, 1), fallen(space, 2));
+}
+
+// Nine points in every cell: two fours of each, and in the end of the strip what the cells have left over.
+TEST(Solver, PointsThatShareACellStayTogether) {
+  Block<PlaneStrain> block{.box = {20, 20}, .low = {5, 5}, .high = {10, 9}, .points_per_cell = 3};
+  const auto solver = block.build<BSpline<2>>();
+  const auto cell = [&](std::size_t p) { return std::pair(std::floor(solver->position(p)[0] / block.h), std::floor(solver->position(p)[1] / block.h)); };
+  constexpr std::size_t cells = 5 * 4, together = Wide::size();
+  std::set<std::uint32_t> ids(solver->points().id.begin(), solver->points().id.end());
+  ASSERT_EQ(ids.size(), 9 * cells);
+  for (std::size_t p = 0; p < 9 / together * together * cells; ++p) EXPECT_EQ(cell(p), cell(p / together * together)) << p;
 }
 
 /// Stiff at the start, and then without any stress that could limit a step.
