@@ -40,7 +40,7 @@ def run_files(folder: Path) -> tuple[list[Path], list[Path]]:
 def map_fields(runs: list[Path], output: Path, *options):
     """Calls grain_map; raises EngineError with its line when it fails."""
     command = [program("grain_map"), *runs, "-o", output, "--quiet", *options]
-    environment = os.environ | {"OMP_WAIT_POLICY": "passive"}  # waiting threads leave the cores to the engines
+    environment = os.environ | {"GOMP_SPINCOUNT": "0"}  # waiting threads leave the cores to the engines
     try:
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False,
                               env=environment)

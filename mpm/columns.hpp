@@ -253,7 +253,7 @@ class ExchangedColumns {
     of<Real>().template store_blocks<Real>(from, blocks);
   }
 
-  /// One point's, in double precision.
+  /// One point's, as long as it is double.
   auto operator[](std::size_t p) const { return double_[p]; }
   auto operator[](std::size_t p) { return double_[p]; }
 
