@@ -1,6 +1,7 @@
 // The numerical choices of a run, and the step they allow.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "mpm/transfer/transfer.hpp"
@@ -28,6 +29,9 @@ struct Numerics {
   /// Whether the internal force takes the mean pressure of a point's cell.
   bool averages_pressures() const { return averaging == VolumetricAveraging::cell; }
 };
+
+/// Fraction of the way that a step takes a relaxation of time tau; without one, none.
+inline double relaxed(double dt, double tau) { return tau > 0.0 ? -std::expm1(-dt / tau) : 0.0; }
 
 struct TimeStep {
   double dt = 0.0;  // [s]

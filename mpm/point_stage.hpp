@@ -128,8 +128,7 @@ class PointStage {
   /// A step of dt begins, of which points take their strain and, if `moves`, their way.
   void begin(double dt, bool moves) {
     dt_ = dt, moves_ = moves;
-    const double tau = numerics_.void_ratio_relaxation_time;
-    mixing_rate_ = tau > 0.0 ? -std::expm1(-dt / tau) / dt : 0.0;
+    mixing_rate_ = relaxed(dt, numerics_.void_ratio_relaxation_time) / dt;
   }
 
   /// Of points and their voids [m3/kg].

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <omp.h>
 
-#include <cstring>
 #include <numeric>
 #include <stdexcept>
 
@@ -160,7 +159,6 @@ class Solver final : public Simulation {
   using GivenOf = Given<dim, Real>;
   template <class Real>
   using CollectedOf = Collected<dim, Real>;
-  using Where = std::conditional_t<dim == 2, InPlane, InSpace>;
   enum class Forces { without, with };
   enum class Gathered { velocity, gradient, both };
 
@@ -202,9 +200,6 @@ class Solver final : public Simulation {
   void share_pressure();
   void average_over_nodes(std::vector<double>& field);
   void measure_held_energy();
-
-  /// Fraction of the way that a step takes a relaxation of time tau; without one, none.
-  static double relaxed(double dt, double tau) { return tau > 0.0 ? -std::expm1(-dt / tau) : 0.0; }
 
   Vec constrained(const Vec& v, const std::array<int, dim>& node, double time) const {
     bool free = !setup_.gate.present;
@@ -255,11 +250,6 @@ class Solver final : public Simulation {
   void for_each_strip(F&& f) {
     for (int colour = 0; colour < colours; ++colour)
       side_by_side(colour, static_cast<int>(strips_.size()), colours, [&](int s) { f(static_cast<std::size_t>(s)); });
-  }
-  /// The same where f gives nothing to nodes or cells.
-  template <class F>
-  void for_each_strip_at_once(F&& f) {
-    side_by_side(0, static_cast<int>(strips_.size()), 1, [&](int s) { f(static_cast<std::size_t>(s)); });
   }
   /// f(begin), f(begin + stride) ... below end, in any order; what one thread had, it gets again in the next sweep.
   /// OpenMP's team of one would enter the kernel in every sweep.
@@ -350,7 +340,7 @@ class Solver final : public Simulation {
   Points<dim>& points_ = stage_.points;
   std::unique_ptr<Body> body_;
   std::vector<FloatNode<dim>> velocities_;  // of the nodes, where points take them in single precision [m/s]
-  std::vector<double> scratch_;             // of conduction: conductivity times volume [J s m-1]
+  std::vector<double> scratch_;             // of conduction: conductivity times volume [J s]
   std::vector<Strip> strips_;
   std::vector<Sums> sums_;             // of the last sweep, by strip
   std::vector<PointSums> point_sums_;

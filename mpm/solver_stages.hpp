@@ -6,19 +6,26 @@ namespace grainpair {
 /// The law's state at the start, and what it says of it.
 template <class K, class S, class E>
 void Solver<K, S, E>::initialise(const std::vector<InitialState>& initial) {
-  Batch batch(initial.size(), false);
   body_->resize(initial.size());
-  body_->initialise(0, initial, batch);
-  points_.granular_temperature = batch.granular_temperature, points_.regime = batch.regime;
-  for_each_block({0, initial.size()}, [&](const auto& block) {
-    points_.sigma.store(batch.sigma.load(block), block);
-    const auto energies = batch.energies.load(block);
-    block.store(energies.fluctuation, points_.fluctuation);
-    ledger_.stored += reduce(block.load_once(points_.mass) * energies.stored);
-    block.store(energies.plastic, points_.plastic), block.store(energies.collisional, points_.collisional);
-    block.store(trace(batch.sigma.load(block)) * (1.0 / 3.0), stage_.pressure);
-    stage_.template limit_step<true>(block, stage_.specific_volume(block), batch.stability.load(block), fastest_);
-  });
+  constexpr std::size_t most = 64;
+  Batch batch(most, false);
+  for (std::size_t first = 0; first < initial.size(); first += most) {
+    batch.size = std::min(most, initial.size() - first);
+    body_->initialise(first, std::span(initial).subspan(first, batch.size), batch);
+    std::copy_n(batch.regime.begin(), batch.size, &points_.regime[first]);
+    for_each_block({first, first + batch.size}, [&](const auto& block) {
+      const auto row = block.from(first);
+      const auto sigma = batch.sigma.load(row);
+      const auto energies = batch.energies.load(row);
+      points_.sigma.store(sigma, block);
+      block.store(trace(sigma) * (1.0 / 3.0), stage_.pressure);
+      block.store(row.load(batch.granular_temperature), points_.granular_temperature);
+      block.store(energies.fluctuation, points_.fluctuation);
+      block.store(energies.plastic, points_.plastic), block.store(energies.collisional, points_.collisional);
+      ledger_.stored += reduce(block.load_once(points_.mass) * energies.stored);
+      stage_.template limit_step<true>(block, stage_.specific_volume(block), batch.stability.load(row), fastest_);
+    });
+  }
 }
 
 /// Sorts points by cell, cuts them into strips, and finds the nodes they can reach until the next sorting.
