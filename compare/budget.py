@@ -18,12 +18,21 @@ class Account:
 
 
 ACCOUNTS = {
-    "mpm": (("plastic", "dissipated", "dissipated_plastic"), ("collisional", "dissipated", "dissipated_collisional"),
-            ("at walls", "dissipated", "dissipated_wall"), ("transfer loss", "numerical", "loss_transfer"),
-            ("time integration", "numerical", "loss_time_integration"), ("mixing of void ratios", "numerical", "loss_mixing"),
-            ("detached points", "numerical", "loss_detached"), ("conduction", "numerical", "loss_conduction")),
-    "dem": (("normal", "dissipated", "dissipated_normal"), ("tangential", "dissipated", "dissipated_tangential"),
-            ("at walls", "dissipated", "dissipated_wall")),
+    "mpm": (
+        ("plastic", "dissipated", "dissipated_plastic"),
+        ("collisional", "dissipated", "dissipated_collisional"),
+        ("at walls", "dissipated", "dissipated_wall"),
+        ("transfer loss", "numerical", "loss_transfer"),
+        ("time integration", "numerical", "loss_time_integration"),
+        ("mixing of void ratios", "numerical", "loss_mixing"),
+        ("detached points", "numerical", "loss_detached"),
+        ("conduction", "numerical", "loss_conduction"),
+    ),
+    "dem": (
+        ("normal", "dissipated", "dissipated_normal"),
+        ("tangential", "dissipated", "dissipated_tangential"),
+        ("at walls", "dissipated", "dissipated_wall"),
+    ),
 }
 
 
@@ -36,7 +45,9 @@ def mean_and_fluctuating(run) -> tuple[np.ndarray, np.ndarray]:
     scale = run.mass_scale * grid.cell_volume / run.reference_energy
     rho, V = run.fields["density"], np.nan_to_num(run.fields["velocity"])
     mean = 0.5 * scale * (rho * (V**2).sum(axis=-1)).sum(axis=(1, 2))
-    fluctuating = 0.5 * scale * np.trace(run.fields["kinetic_stress"], axis1=-2, axis2=-1).sum(axis=(1, 2))
+    fluctuating = (
+        0.5 * scale * np.trace(run.fields["kinetic_stress"], axis1=-2, axis2=-1).sum(axis=(1, 2))
+    )
     return mean, fluctuating
 
 
@@ -44,8 +55,13 @@ def split_kinetic(run) -> list[Account]:
     """The kinetic energy, divided as the mapped frames divide it."""
     mean, fluctuating = mean_and_fluctuating(run)
     kinetic = run.normalised("kinetic")
-    share = np.interp(run.energy["time"], run.time, fluctuating / np.maximum(mean + fluctuating, 1e-300))
-    return [Account("kinetic, mean flow", "held", (1.0 - share) * kinetic), Account("kinetic, fluctuating", "held", share * kinetic)]
+    share = np.interp(
+        run.energy["time"], run.time, fluctuating / np.maximum(mean + fluctuating, 1e-300)
+    )
+    return [
+        Account("kinetic, mean flow", "held", (1.0 - share) * kinetic),
+        Account("kinetic, fluctuating", "held", share * kinetic),
+    ]
 
 
 def budget(run, split: bool = True) -> list[Account]:
@@ -54,12 +70,17 @@ def budget(run, split: bool = True) -> list[Account]:
     potential = run.normalised("potential")
     held = [Account("potential", "held", potential - potential[-1])]
     held += split_kinetic(run) if split else [Account("kinetic", "held", run.normalised("kinetic"))]
-    held += [Account("rotational", "held", run.normalised("rotational")),
-             Account("elastic", "held", run.normalised("elastic"))]
+    held += [
+        Account("rotational", "held", run.normalised("rotational")),
+        Account("elastic", "held", run.normalised("elastic")),
+    ]
     if run.engine == "mpm":  # the grains' fluctuation is part of their kinetic energy
         held.append(Account("granular temperature", "held", run.normalised("fluctuation")))
-    gone = [Account(name, kind, run.normalised(column)) for name, kind, column in ACCOUNTS[run.engine]
-            if column in run.energy]
+    gone = [
+        Account(name, kind, run.normalised(column))
+        for name, kind, column in ACCOUNTS[run.engine]
+        if column in run.energy
+    ]
     if not gone:  # an engine that was not asked to split its dissipation
         gone = [Account("all mechanisms", "dissipated", run.normalised("dissipated"))]
     accounts = [a for a in held + gone if np.any(a.values)]

@@ -38,12 +38,17 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
     path = Path(path)
     if path.is_dir():
         path = path / "case.toml"
-    command = [program("mpm_case"), path, *(word for assignment in overrides for word in ("--set", assignment))]
+    command = [
+        program("mpm_case"),
+        path,
+        *(word for assignment in overrides for word in ("--set", assignment)),
+    ]
     try:
         check = subprocess.run(command, capture_output=True, text=True, check=False)
     except FileNotFoundError as missing:
-        raise EngineError(f"{command[0]}: no such program (not built). Build it with: cmake --build --preset release") \
-            from missing
+        raise EngineError(
+            f"{command[0]}: no such program (not built). Build it with: cmake --build --preset release"
+        ) from missing
     if check.returncode:
         raise CaseError(check.stderr.strip())
     return parse(check.stdout, path, path.read_text())

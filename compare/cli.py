@@ -18,13 +18,20 @@ COMMANDS = Path(__file__).parent / "commands"
 
 def parser_for(words: list[str]) -> argparse.ArgumentParser:
     """The parser of the whole program; imports the module of the command that `words` start with, no other."""
-    parser = argparse.ArgumentParser(prog="grainpair", description=__doc__.splitlines()[0],
-                                     formatter_class=lambda prog: argparse.HelpFormatter(prog, indent_increment=1))
+    parser = argparse.ArgumentParser(
+        prog="grainpair",
+        description=__doc__.splitlines()[0],
+        formatter_class=lambda prog: argparse.HelpFormatter(prog, indent_increment=1),
+    )
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for file in sorted(COMMANDS.glob("[a-z]*.py")):
         doc = ast.get_docstring(ast.parse(file.read_text())) or ""
-        command = commands.add_parser(file.stem, help=doc.split("\n")[0], description=doc,
-                                      formatter_class=argparse.RawDescriptionHelpFormatter)
+        command = commands.add_parser(
+            file.stem,
+            help=doc.split("\n")[0],
+            description=doc,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
         if words[:1] == [file.stem]:
             module = importlib.import_module(f"compare.commands.{file.stem}")
             module.arguments(command)

@@ -30,20 +30,32 @@ class Comparison:
 
 def run_files(folder: Path) -> tuple[list[Path], list[Path]]:
     """mpm*.h5 and dem*.h5 of a run's folder, mpm.h5 and dem.h5 first."""
-    found = tuple(sorted(folder.glob(f"{engine}*.h5"), key=lambda p: (len(p.stem), p.stem)) for engine in ("mpm", "dem"))
+    found = tuple(
+        sorted(folder.glob(f"{engine}*.h5"), key=lambda p: (len(p.stem), p.stem))
+        for engine in ("mpm", "dem")
+    )
     for engine, files in zip(("mpm", "dem"), found):
         if not files:
-            raise CaseError(f"{folder}: no {engine}.h5 (not a run's folder?). Make one with: grainpair run")
+            raise CaseError(
+                f"{folder}: no {engine}.h5 (not a run's folder?). Make one with: grainpair run"
+            )
     return found
 
 
 def map_fields(runs: list[Path], output: Path, *options):
     """Calls grain_map; raises EngineError with its line when it fails."""
     command = [program("grain_map"), *runs, "-o", output, "--quiet", *options]
-    environment = os.environ | {"GOMP_SPINCOUNT": "0"}  # waiting threads leave the cores to the engines
+    environment = os.environ | {
+        "GOMP_SPINCOUNT": "0"
+    }  # waiting threads leave the cores to the engines
     try:
-        done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False,
-                              env=environment)
+        done = subprocess.run(
+            [str(word) for word in command],
+            capture_output=True,
+            text=True,
+            check=False,
+            env=environment,
+        )
     except FileNotFoundError as missing:
         raise EngineError(f"{command[0]}: no such program (not built)") from missing
     if done.returncode:
@@ -52,13 +64,21 @@ def map_fields(runs: list[Path], output: Path, *options):
 
 def refuse_unpaired(runs: list[Run]):
     """The same scene on both sides: geometry, gravity and grains must agree, or no number below means anything."""
-    keys = ("geometry.height", "geometry.length", "geometry.thickness", "geometry.gravity", "grains.diameter",
-            "grains.density")
+    keys = (
+        "geometry.height",
+        "geometry.length",
+        "geometry.thickness",
+        "geometry.gravity",
+        "grains.diameter",
+        "grains.density",
+    )
     for run in runs[1:]:
         for key in keys:
             if not math.isclose(run.case[key], runs[0].case[key], rel_tol=1e-12):
-                raise CaseError(f"{run.case.path}: {key} = {run.case[key]} but {runs[0].case[key]} in "
-                                f"{runs[0].case.path} (not runs of one scene)")
+                raise CaseError(
+                    f"{run.case.path}: {key} = {run.case[key]} but {runs[0].case[key]} in "
+                    f"{runs[0].case.path} (not runs of one scene)"
+                )
 
 
 def pair(mpm: list[Run], dem: list[Run], same_scene: bool = True) -> Comparison:
@@ -106,7 +126,11 @@ def number(x: float) -> float | None:
 
 def spread(values: list[float]) -> dict:
     """Runs of an ensemble, kept only when there is more than one."""
-    return {"runs": [number(v) for v in values], "std": number(float(np.std(values, ddof=1)))} if len(values) > 1 else {}
+    return (
+        {"runs": [number(v) for v in values], "std": number(float(np.std(values, ddof=1)))}
+        if len(values) > 1
+        else {}
+    )
 
 
 def evaluate_one(metric: Metric, c: Comparison) -> dict:
@@ -116,15 +140,23 @@ def evaluate_one(metric: Metric, c: Comparison) -> dict:
         values = [metric(c.mpm[0], dem) for dem in c.dem]
         entry = {"value": number(float(np.mean(values)))} | spread(values)
         if len(c.dem) > 1:  # what the grains differ by among themselves
-            noise = [metric(a, b) for i, a in enumerate(c.dem) for b in c.dem[i + 1:]]
+            noise = [metric(a, b) for i, a in enumerate(c.dem) for b in c.dem[i + 1 :]]
             entry["noise_floor"] = number(float(np.mean(noise)))
         margin, judged = margin_of(metric, c.dem, 0.0), lambda m: verdict.distance(values, m)
     else:
         mpm, dem = [metric(run) for run in c.mpm], [metric(run) for run in c.dem]
         a, b = float(np.mean(mpm)), float(np.mean(dem))
-        entry = {"mpm": number(a), "dem": number(b), "difference": number(a - b),
-                 "relative_difference": number(a / b - 1.0 if b else math.nan)}
-        entry |= {f"{engine}_{k}": v for engine, values in (("mpm", mpm), ("dem", dem)) for k, v in spread(values).items()}
+        entry = {
+            "mpm": number(a),
+            "dem": number(b),
+            "difference": number(a - b),
+            "relative_difference": number(a / b - 1.0 if b else math.nan),
+        }
+        entry |= {
+            f"{engine}_{k}": v
+            for engine, values in (("mpm", mpm), ("dem", dem))
+            for k, v in spread(values).items()
+        }
         margin, judged = margin_of(metric, c.dem, b), lambda m: verdict.equivalence(mpm, dem, m)
     if margin is not None:
         v = judged(margin)
@@ -135,9 +167,16 @@ def evaluate_one(metric: Metric, c: Comparison) -> dict:
 def evaluate(c: Comparison) -> dict[str, dict]:
     """metrics.json: every metric by name, and the scale of the pairing."""
     out = {name: evaluate_one(metric, c) for name, metric in sorted(all_metrics().items())}
-    out["mass_scale"] = {"value": c.mpm[0].mass_scale, "unit": "-", "source": "pairing",
-                         "definition": "Factor on the continuum's mass and energies that makes both clouds weigh the same."}
-    out["verdict"] = {"value": verdict.overall([e["verdict"] for e in out.values() if "verdict" in e]), "unit": "-",
-                      "source": "equivalence tests against the case's margins",
-                      "definition": "agree, differ or unresolved for ensembles; within or outside margin for one pair."}
+    out["mass_scale"] = {
+        "value": c.mpm[0].mass_scale,
+        "unit": "-",
+        "source": "pairing",
+        "definition": "Factor on the continuum's mass and energies that makes both clouds weigh the same.",
+    }
+    out["verdict"] = {
+        "value": verdict.overall([e["verdict"] for e in out.values() if "verdict" in e]),
+        "unit": "-",
+        "source": "equivalence tests against the case's margins",
+        "definition": "agree, differ or unresolved for ensembles; within or outside margin for one pair.",
+    }
     return out

@@ -21,8 +21,11 @@ from compare.metrics import all_metrics
 from compare.programs import program
 from compare.runs import Fields, Run, open_fields, open_run
 
-WORDS = {"shuffled": "the continuum's instants in random order", "over_frictional": "a continuum with twice the friction",
-         "other_aspect_ratio": "grains of a column half as high"}
+WORDS = {
+    "shuffled": "the continuum's instants in random order",
+    "over_frictional": "a continuum with twice the friction",
+    "other_aspect_ratio": "grains of a column half as high",
+}
 JUDGED_FIELDS = ("solid_fraction", "density", "velocity")  # what metrics read
 
 
@@ -46,7 +49,9 @@ def shuffled(run: Run, seed: int = 1) -> Run:
     random = np.random.default_rng(seed)
     order, rows = random.permutation(len(run.time)), random.permutation(len(run.energy["time"]))
     energy = {k: v if k == "time" else v[rows] for k, v in run.energy.items()}
-    fields = Fields(run.fields.grid, run.fields.time, {k: run.fields[k][order] for k in JUDGED_FIELDS})
+    fields = Fields(
+        run.fields.grid, run.fields.time, {k: run.fields[k][order] for k in JUDGED_FIELDS}
+    )
     return replace(run, clouds=[run.clouds[i] for i in order], energy=energy, fields=fields)
 
 
@@ -69,10 +74,16 @@ def judge_all(c: Comparison, folder: Path) -> list[Control]:
 
 def entries(controls: list[Control]) -> dict[str, dict]:
     """As metrics.json shows them."""
-    return {f"control_{control.name}": {
-        "value": "rejected" if control.rejected else "NOT REJECTED", "unit": "-", "source": "negative control",
-        "definition": f"Whether {WORDS[control.name]}, put in the continuum's place, is found to differ from the grains.",
-        "words": control.words} for control in controls}
+    return {
+        f"control_{control.name}": {
+            "value": "rejected" if control.rejected else "NOT REJECTED",
+            "unit": "-",
+            "source": "negative control",
+            "definition": f"Whether {WORDS[control.name]}, put in the continuum's place, is found to differ from the grains.",
+            "words": control.words,
+        }
+        for control in controls
+    }
 
 
 def make(folder: Path, mpm: Run, dem: Run, quiet: bool = False):
@@ -84,13 +95,36 @@ def make(folder: Path, mpm: Run, dem: Run, quiet: bool = False):
         for run in (mpm, dem):
             scenes[run.engine] = Path(scratch) / f"{run.engine}.toml"
             scenes[run.engine].write_text(run.case.resolved)
-        friction = [f"material.stress_ratio={min(2.0, 2.0 * mpm.case['material.stress_ratio'])}",
-                    "material.static_friction=2.0", "material.dynamic_friction=3.0"]
+        friction = [
+            f"material.stress_ratio={min(2.0, 2.0 * mpm.case['material.stress_ratio'])}",
+            "material.static_friction=2.0",
+            "material.dynamic_friction=3.0",
+        ]
         commands = {
-            "over_frictional": [program("mpm_run"), scenes["mpm"], *(w for key in friction for w in ("--set", key))],
-            "other_aspect_ratio": [sys.executable, "-m", "dem_reference.run", scenes["dem"], "--set",
-                                   f"geometry.height={0.5 * dem.height}", "--seed", str(dem.attributes["seed"])]}
+            "over_frictional": [
+                program("mpm_run"),
+                scenes["mpm"],
+                *(w for key in friction for w in ("--set", key)),
+            ],
+            "other_aspect_ratio": [
+                sys.executable,
+                "-m",
+                "dem_reference.run",
+                scenes["dem"],
+                "--set",
+                f"geometry.height={0.5 * dem.height}",
+                "--seed",
+                str(dem.attributes["seed"]),
+            ],
+        }
         for name, command in commands.items():
             if not (target / f"{name}.h5").exists():
-                run_stages([Stage(f"control: {name.replace('_', ' ')}",
-                                  [*command, "--progress", "-o", target / f"{name}.h5"])], quiet=quiet)
+                run_stages(
+                    [
+                        Stage(
+                            f"control: {name.replace('_', ' ')}",
+                            [*command, "--progress", "-o", target / f"{name}.h5"],
+                        )
+                    ],
+                    quiet=quiet,
+                )

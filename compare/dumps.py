@@ -34,12 +34,16 @@ def snapshots(path: Path) -> Iterator[Snapshot]:
         def expect(what: str) -> str:
             number, line = next(lines, (0, ""))
             if not line.startswith(f"ITEM: {what}"):
-                raise CaseError(f"{path}:{number}: expected 'ITEM: {what}' (not a text dump, or cut short)")
+                raise CaseError(
+                    f"{path}:{number}: expected 'ITEM: {what}' (not a text dump, or cut short)"
+                )
             return line
 
         for number, line in lines:
             if not line.startswith("ITEM: TIMESTEP"):
-                raise CaseError(f"{path}:{number}: expected 'ITEM: TIMESTEP' (not a text dump of LIGGGHTS or LAMMPS)")
+                raise CaseError(
+                    f"{path}:{number}: expected 'ITEM: TIMESTEP' (not a text dump of LIGGGHTS or LAMMPS)"
+                )
             step = int(next(lines)[1])
             expect("NUMBER OF ATOMS")
             count = int(next(lines)[1])
@@ -49,12 +53,16 @@ def snapshots(path: Path) -> Iterator[Snapshot]:
             names = expect("ATOMS").split()[2:]
             missing = [name for name in NEEDED if name not in names]
             if missing or not {"radius", "diameter"} & set(names):
-                raise CaseError(f"{path}: no column {', '.join(missing) or 'radius'} (has {', '.join(names)})")
+                raise CaseError(
+                    f"{path}: no column {', '.join(missing) or 'radius'} (has {', '.join(names)})"
+                )
             rows = [next(lines, (0, ""))[1] for _ in range(count)]
             values = np.array(" ".join(rows).split(), dtype=float)
             if values.size != count * len(names):
-                raise CaseError(f"{path}: step {step} holds {values.size} numbers instead of {count * len(names)} "
-                                "(cut short?)")
+                raise CaseError(
+                    f"{path}: step {step} holds {values.size} numbers instead of {count * len(names)} "
+                    "(cut short?)"
+                )
             table = values.reshape(count, len(names))
             table = table[np.argsort(table[:, names.index("id")])]
             columns = dict(zip(names, table.T))
@@ -68,7 +76,7 @@ def glued(frames: list[Snapshot]) -> np.ndarray:
     first, last = frames[0].columns, frames[-1].columns
     still = np.isin(first["id"], last["id"])
     for frame in frames:
-        speed = sum(frame.columns[k]**2 for k in ("vx", "vy", "vz"))
+        speed = sum(frame.columns[k] ** 2 for k in ("vx", "vy", "vz"))
         still &= np.isin(first["id"], frame.columns["id"][speed == 0.0])
     return first["id"][still] if len(frames) > 1 else np.array([])
 
@@ -79,13 +87,29 @@ def write(frames: list[Snapshot], scene: Case, time_step: float, path: Path):
     fixed = glued(frames)
     history = {name: [] for name in ("time", "kinetic", "rotational", "potential")}
     with h5py.File(path, "w") as f:
-        for key, value in {"openPMD": "1.1.0", "openPMDextension": np.uint32(0), "basePath": "/data/%T/",
-                           "particlesPath": "particles/", "meshesPath": "meshes/", "iterationEncoding": "groupBased",
-                           "iterationFormat": "/data/%T/", "software": "grainpair", "schema_version": 1,
-                           "engine": "dem", "engine_version": "dumps", "commit": "", "seed": -1, "case": scene.text,
-                           "case_resolved": scene.resolved, "command": "", "threads": 1, "cpu_seconds": float("nan"),
-                           "wall_seconds": float("nan"), "end_reason": "maximum",
-                           "time_scale": np.sqrt(scene["geometry.height"] / g)}.items():
+        for key, value in {
+            "openPMD": "1.1.0",
+            "openPMDextension": np.uint32(0),
+            "basePath": "/data/%T/",
+            "particlesPath": "particles/",
+            "meshesPath": "meshes/",
+            "iterationEncoding": "groupBased",
+            "iterationFormat": "/data/%T/",
+            "software": "grainpair",
+            "schema_version": 1,
+            "engine": "dem",
+            "engine_version": "dumps",
+            "commit": "",
+            "seed": -1,
+            "case": scene.text,
+            "case_resolved": scene.resolved,
+            "command": "",
+            "threads": 1,
+            "cpu_seconds": float("nan"),
+            "wall_seconds": float("nan"),
+            "end_reason": "maximum",
+            "time_scale": np.sqrt(scene["geometry.height"] / g),
+        }.items():
             f.attrs[key] = value
         for frame in frames:
             c = frame.columns
@@ -100,7 +124,7 @@ def write(frames: list[Snapshot], scene: Case, time_step: float, path: Path):
                 for component, column in zip("xyz", columns):
                     cloud[f"{name}/{component}"] = c[column]
                     cloud[f"{name}/{component}"].attrs["unit"] = unit
-            volume = 4.0 / 3.0 * np.pi * c["radius"]**3
+            volume = 4.0 / 3.0 * np.pi * c["radius"] ** 3
             cloud["id"], cloud["radius"] = c["id"].astype(np.int64), c["radius"]
             cloud["solid_volume"], cloud["mass"] = volume, rho * volume
             kind = np.where(np.isin(c["id"], fixed), 3, 1)
@@ -108,11 +132,15 @@ def write(frames: list[Snapshot], scene: Case, time_step: float, path: Path):
 
             moving = kind == 1
             mass = (rho * volume)[moving]
-            speed2 = sum(c[k][moving]**2 for k in ("vx", "vy", "vz"))
-            spin2 = sum(c[k][moving]**2 for k in ("omegax", "omegay", "omegaz")) if "omegax" in c else 0.0
+            speed2 = sum(c[k][moving] ** 2 for k in ("vx", "vy", "vz"))
+            spin2 = (
+                sum(c[k][moving] ** 2 for k in ("omegax", "omegay", "omegaz"))
+                if "omegax" in c
+                else 0.0
+            )
             history["time"].append(time)
             history["kinetic"].append(0.5 * np.sum(mass * speed2))
-            history["rotational"].append(0.2 * np.sum(mass * c["radius"][moving]**2 * spin2))
+            history["rotational"].append(0.2 * np.sum(mass * c["radius"][moving] ** 2 * spin2))
             history["potential"].append(g * np.sum(mass * c["y"][moving]))
         energy = {k: np.array(v) for k, v in history.items()}
         total = energy["kinetic"] + energy["rotational"] + energy["potential"]

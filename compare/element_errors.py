@@ -20,13 +20,28 @@ def table(blocks: list[Block], models: dict[str, Model]) -> list[dict]:
     rows = []
     for block in blocks:
         for card, model in models.items():
-            for label, measured, error, predicted in zip(block.labels, block.measured, block.error, block.predict(model)):
+            for label, measured, error, predicted in zip(
+                block.labels, block.measured, block.error, block.predict(model)
+            ):
                 plain = is_plain(block)
-                rows.append({"quantity": block.kind, "point": label, "card": card,
-                             "dem": measured if plain else np.exp(measured), "dem_scatter": error,
-                             "model": predicted if plain else np.exp(predicted),
-                             "error": predicted - measured if plain else np.expm1(predicted - measured)})
-    return [{key: float(value) if isinstance(value, np.floating) else value for key, value in row.items()} for row in rows]
+                rows.append(
+                    {
+                        "quantity": block.kind,
+                        "point": label,
+                        "card": card,
+                        "dem": measured if plain else np.exp(measured),
+                        "dem_scatter": error,
+                        "model": predicted if plain else np.exp(predicted),
+                        "error": predicted - measured if plain else np.expm1(predicted - measured),
+                    }
+                )
+    return [
+        {
+            key: float(value) if isinstance(value, np.floating) else value
+            for key, value in row.items()
+        }
+        for row in rows
+    ]
 
 
 def verdicts(rows: list[dict]) -> list[str]:
@@ -37,8 +52,12 @@ def verdicts(rows: list[dict]) -> list[str]:
         plain = quantity.endswith("void ratio")
         close = 0.1 * CLOSE if plain else CLOSE
         good = sum(abs(row["error"]) <= max(close, 2 * row["dem_scatter"]) for row in chosen)
-        worst = max(chosen, key=lambda row: abs(row["error"]) if plain else abs(np.log1p(row["error"])))
-        median, scatter = (np.median([abs(row[key]) for row in chosen]) for key in ("error", "dem_scatter"))
+        worst = max(
+            chosen, key=lambda row: abs(row["error"]) if plain else abs(np.log1p(row["error"]))
+        )
+        median, scatter = (
+            np.median([abs(row[key]) for row in chosen]) for key in ("error", "dem_scatter")
+        )
 
         def say(value, signed=False):
             if plain:
@@ -47,8 +66,16 @@ def verdicts(rows: list[dict]) -> list[str]:
                 return f"a factor {1 + value:.2g}"
             return f"{value:+.0%}" if signed else f"{value:.0%}"
 
-        word = "agrees" if good == len(chosen) else "disagrees" if good < len(chosen) / 2 else "agrees in part"
-        sentences.append(f"{quantity}, {card}: {word} ({good} of {len(chosen)} points within {say(close)} or twice the DEM "
-                         f"scatter); median error {say(median)} against a DEM scatter of {say(scatter)}; worst "
-                         f"{say(worst['error'], signed=True)} at {worst['point']}.")
+        word = (
+            "agrees"
+            if good == len(chosen)
+            else "disagrees"
+            if good < len(chosen) / 2
+            else "agrees in part"
+        )
+        sentences.append(
+            f"{quantity}, {card}: {word} ({good} of {len(chosen)} points within {say(close)} or twice the DEM "
+            f"scatter); median error {say(median)} against a DEM scatter of {say(scatter)}; worst "
+            f"{say(worst['error'], signed=True)} at {worst['point']}."
+        )
     return sentences

@@ -15,8 +15,14 @@ from compare.programs import ROOT
 from dem_reference.element.grains import Grains
 
 DENSE = 0.49  # solid fraction above which collisions correlate [Berzi2014]
-RANDOM_CLOSE = 0.636  # random close packing of spheres, where the correlation length diverges [Berzi2014]
-EXPONENT = {"linear": 1.0, "two_thirds": 1.5, "square_root": 2.0}  # m of the critical-state locus, by its form
+RANDOM_CLOSE = (
+    0.636  # random close packing of spheres, where the correlation length diverges [Berzi2014]
+)
+EXPONENT = {
+    "linear": 1.0,
+    "two_thirds": 1.5,
+    "square_root": 2.0,
+}  # m of the critical-state locus, by its form
 SQRT_PI = np.sqrt(np.pi)
 
 
@@ -49,7 +55,12 @@ class Card:
             known = ", ".join(sorted(card.stem for card in path.parent.glob("*.toml")))
             raise CaseError(f"{path}: no such material card (known: {known})")
         written = tomllib.loads(path.read_text())["material"]
-        return cls(**{field.name: written.get(field.name, schema[field.name].get("default")) for field in fields(cls)})
+        return cls(
+            **{
+                field.name: written.get(field.name, schema[field.name].get("default"))
+                for field in fields(cls)
+            }
+        )
 
     def with_values(self, **values) -> "Card":
         return replace(self, **values)
@@ -68,8 +79,11 @@ class Model:
 
     def frictionless(self) -> "Model":
         """Plain kinetic theory for mu = 0: e_n dissipates, and the contact value diverges at random close packing."""
-        card = self.card.with_values(effective_restitution=self.grains.restitution, correlation_length="none",
-                                     critical_void_ratio=1 / RANDOM_CLOSE - 1)
+        card = self.card.with_values(
+            effective_restitution=self.grains.restitution,
+            correlation_length="none",
+            critical_void_ratio=1 / RANDOM_CLOSE - 1,
+        )
         return Model(card, self.grains)
 
     # --- collisional part -------------------------------------------------------------------------------------------------
@@ -101,10 +115,14 @@ class Model:
             return np.ones_like(nu)
         if self.card.correlation_length == "jenkins":  # steady shear, c = 0.5, capped at 10 d
             x = np.maximum(self.inverse_G(nu), 1e-12)
-            length = np.clip((0.0625 * x ** (-2 / 3) * 15 * (1 - ee**2) / (2 * self.J(nu))) ** (1 / 3), 1, 10)
+            length = np.clip(
+                (0.0625 * x ** (-2 / 3) * 15 * (1 - ee**2) / (2 * self.J(nu))) ** (1 / 3), 1, 10
+            )
         else:  # sqrt(2 J/(15 (1 - ee^2))) [1 + 26 (1 - ee)/15 (nu - 0.49)/(nu_rcp - nu)]^(3/2)
             excess = 26 * (1 - ee) / 15 * (nu - DENSE) / np.maximum(RANDOM_CLOSE - nu, 1e-3)
-            length = np.sqrt(2 * self.J(nu) / (15 * (1 - ee**2))) * (1 + np.maximum(excess, 0)) ** 1.5
+            length = (
+                np.sqrt(2 * self.J(nu) / (15 * (1 - ee**2))) * (1 + np.maximum(excess, 0)) ** 1.5
+            )
             length = np.where(nu > DENSE, np.maximum(length, 1), 1.0)
         return 1 + self.card.correlation_factor * (length - 1)
 
@@ -119,12 +137,18 @@ class Model:
     def critical_pressure(self, nu):
         """p_cs = a_L E_p max(nu - nu_c, 0)^m [Pa]."""
         exponent = EXPONENT[self.card.critical_state_form]
-        return self.card.critical_state_slope * self.grains.young_modulus * np.maximum(nu - self.nu_c, 0) ** exponent
+        return (
+            self.card.critical_state_slope
+            * self.grains.young_modulus
+            * np.maximum(nu - self.nu_c, 0) ** exponent
+        )
 
     def critical_void_ratio(self, pressure):
         """e_cs(p), the inverse of critical_pressure."""
         exponent = EXPONENT[self.card.critical_state_form]
-        rise = (pressure / (self.card.critical_state_slope * self.grains.young_modulus)) ** (1 / exponent)
+        rise = (pressure / (self.card.critical_state_slope * self.grains.young_modulus)) ** (
+            1 / exponent
+        )
         return 1 / (self.nu_c + rise) - 1
 
     @cached_property
@@ -134,7 +158,10 @@ class Model:
 
     def moduli(self, pressure):
         """Tangent bulk and shear modulus on the isotropic axis, k pa (p/pa)^n and g pa (p/pa)^n [Pa]."""
-        scale = self.card.atmospheric_pressure * (pressure / self.card.atmospheric_pressure) ** self.card.stiffness_exponent
+        scale = (
+            self.card.atmospheric_pressure
+            * (pressure / self.card.atmospheric_pressure) ** self.card.stiffness_exponent
+        )
         return self.card.bulk_stiffness * scale, self.card.shear_stiffness * scale
 
     # --- the tests --------------------------------------------------------------------------------------------------------
@@ -148,11 +175,22 @@ class Model:
         nu, rate = np.asarray(nu, dtype=float), np.asarray(rate, dtype=float)
         d, rho = self.grains.diameter, self.grains.density
         J = self.J(nu)
-        T = 2 * J / 15 * self.correlation_length(nu) / (1 - self.card.effective_restitution**2) * (rate * d) ** 2
+        T = (
+            2
+            * J
+            / 15
+            * self.correlation_length(nu)
+            / (1 - self.card.effective_restitution**2)
+            * (rate * d) ** 2
+        )
         Y = 1 / (self.inverse_G(nu) + self.kappa * np.sqrt(T))
         p_q = self.critical_pressure(nu)
-        return {"granular_temperature": T, "pressure": 4 * nu * Y * self.F(nu) * rho * T + p_q,
-                "shear_stress": 8 * J * nu * Y * rho * d * np.sqrt(T) * rate / (5 * SQRT_PI) + self.shear_ratio * p_q}
+        return {
+            "granular_temperature": T,
+            "pressure": 4 * nu * Y * self.F(nu) * rho * T + p_q,
+            "shear_stress": 8 * J * nu * Y * rho * d * np.sqrt(T) * rate / (5 * SQRT_PI)
+            + self.shear_ratio * p_q,
+        }
 
     def cooling_time(self, nu, T0, T):
         """When homogeneous cooling has brought T0 down to T [s].
@@ -161,7 +199,11 @@ class Model:
         t = [ (1/v - 1/v0)/G + kap ln(v0/v) ]/c.
         """
         v0, v = np.sqrt(T0), np.sqrt(T)
-        c = 4 * (1 - self.card.effective_restitution**2) / (SQRT_PI * self.correlation_length(nu) * self.grains.diameter)
+        c = (
+            4
+            * (1 - self.card.effective_restitution**2)
+            / (SQRT_PI * self.correlation_length(nu) * self.grains.diameter)
+        )
         return (self.inverse_G(nu) * (1 / v - 1 / v0) + self.kappa * np.log(v0 / v)) / c
 
     def isotropic(self, void_ratio, pressure, pressures):
@@ -186,8 +228,11 @@ class Model:
         strain_yield, volume_yield = self.triaxial_elastic(lateral, q_yield)
         e_cs = self.critical_void_ratio(lateral + q_yield / 3)
         bound = min(0.5, 0.5 * m_c)
-        rate = {"stress_ratio_over_delta": m_c / self.card.dilatancy, "delta": self.card.dilatancy, "none": 0.0}[
-            self.card.dilatancy_form]
+        rate = {
+            "stress_ratio_over_delta": m_c / self.card.dilatancy,
+            "delta": self.card.dilatancy,
+            "none": 0.0,
+        }[self.card.dilatancy_form]
 
         def slope(volume: float) -> float:  # d eps_v/d eps_a = D/(1 + D/3)
             D = min(max(rate * ((1 + void_ratio) * exp(-volume) - 1 - e_cs), -bound), bound)
@@ -206,18 +251,29 @@ class Model:
         q_grid = np.linspace(0, q_yield, 200)
         elastic_strain, elastic_volume = self.triaxial_elastic(lateral, q_grid)
         q = np.interp(axial_strain, elastic_strain, q_grid)
-        volume = np.interp(axial_strain, np.concatenate([elastic_strain, strains[1:]]),
-                           np.concatenate([elastic_volume, volumes[1:]]))
-        return {"deviator": q, "pressure": lateral + q / 3, "volumetric_strain": volume,
-                "void_ratio": (1 + void_ratio) * np.exp(-volume) - 1}
+        volume = np.interp(
+            axial_strain,
+            np.concatenate([elastic_strain, strains[1:]]),
+            np.concatenate([elastic_volume, volumes[1:]]),
+        )
+        return {
+            "deviator": q,
+            "pressure": lateral + q / 3,
+            "volumetric_strain": volume,
+            "void_ratio": (1 + void_ratio) * np.exp(-volume) - 1,
+        }
 
     def triaxial_elastic(self, lateral, q):
         """Axial and volumetric strain from isotropic `lateral` stress to deviator q, by Houlsby, Amorosi & Rojas 2005.
 
         eps_v = p P0^-n/(k (1 - n) pa^(1-n)) + const, eps_q = q P0^-n/(3 g pa^(1-n)), P0^2 = p^2 + k (1 - n) q^2/(3 g).
         """
-        k, g, n, pa = (self.card.bulk_stiffness, self.card.shear_stiffness, self.card.stiffness_exponent,
-                       self.card.atmospheric_pressure)
+        k, g, n, pa = (
+            self.card.bulk_stiffness,
+            self.card.shear_stiffness,
+            self.card.stiffness_exponent,
+            self.card.atmospheric_pressure,
+        )
         p = lateral + q / 3
         P0 = np.sqrt(p**2 + k * (1 - n) * q**2 / (3 * g))
         volume = (p * P0**-n - lateral ** (1 - n)) / (k * (1 - n) * pa ** (1 - n))

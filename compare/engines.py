@@ -31,9 +31,17 @@ class Bars:
     def __init__(self, stages: list[Stage]):
         width = max(len(stage.name) for stage in stages)
         form = "{desc} {percentage:3.0f} % |{bar:24}| {elapsed} (left {remaining}){postfix}"
-        self.bars = {stage.name: tqdm(desc=stage.name.ljust(width), total=1.0, smoothing=0.1, bar_format=form,
-                                      position=row, dynamic_ncols=True)
-                     for row, stage in enumerate(stages)}
+        self.bars = {
+            stage.name: tqdm(
+                desc=stage.name.ljust(width),
+                total=1.0,
+                smoothing=0.1,
+                bar_format=form,
+                position=row,
+                dynamic_ncols=True,
+            )
+            for row, stage in enumerate(stages)
+        }
 
     def update(self, name: str, fraction: float, text: str):
         bar = self.bars[name]
@@ -59,7 +67,11 @@ class Lines:
         self.said[name] = tenth
         elapsed = time.monotonic() - self.start
         left = f", {elapsed * (1 / fraction - 1):.0f} s left" if 0 < fraction < 1 else ""
-        print(f"{name}: {100 * fraction:.0f} % after {elapsed:.0f} s{left}: {text}", file=sys.stderr, flush=True)
+        print(
+            f"{name}: {100 * fraction:.0f} % after {elapsed:.0f} s{left}: {text}",
+            file=sys.stderr,
+            flush=True,
+        )
 
     def close(self):
         pass
@@ -84,11 +96,22 @@ class Running:
     def __init__(self, stage: Stage, shown: Bars | Lines):
         self.stage, self.shown, self.errors = stage, shown, []
         try:
-            self.process = subprocess.Popen([str(word) for word in stage.command], text=True, errors="replace",
-                                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+            self.process = subprocess.Popen(
+                [str(word) for word in stage.command],
+                text=True,
+                errors="replace",
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                start_new_session=True,
+            )
         except OSError as error:
-            raise EngineError(f"{stage.command[0]}: cannot be started ({error.strerror})") from error
-        self.readers = [threading.Thread(target=read, daemon=True) for read in (self.read_progress, self.read_errors)]
+            raise EngineError(
+                f"{stage.command[0]}: cannot be started ({error.strerror})"
+            ) from error
+        self.readers = [
+            threading.Thread(target=read, daemon=True)
+            for read in (self.read_progress, self.read_errors)
+        ]
         for reader in self.readers:
             reader.start()
 
@@ -96,7 +119,9 @@ class Running:
         for line in self.process.stdout:
             match line.split(maxsplit=2):
                 case ["progress", fraction, *text]:
-                    self.shown.update(self.stage.name, min(max(float(fraction), 0.0), 1.0), " ".join(text).strip())
+                    self.shown.update(
+                        self.stage.name, min(max(float(fraction), 0.0), 1.0), " ".join(text).strip()
+                    )
 
     def read_errors(self):
         self.errors += [line.rstrip() for line in self.process.stderr if line.strip()]
@@ -120,8 +145,14 @@ class Running:
             return
         program = Path(self.stage.command[0]).name
         if code < 0:
-            raise EngineError(f"{self.stage.name}: {program} was killed by {signal.Signals(-code).name}")
-        line = self.errors[-1] if self.errors else f"{self.stage.name}: {program} ended with code {code} and no word"
+            raise EngineError(
+                f"{self.stage.name}: {program} was killed by {signal.Signals(-code).name}"
+            )
+        line = (
+            self.errors[-1]
+            if self.errors
+            else f"{self.stage.name}: {program} ended with code {code} and no word"
+        )
         raise CaseError(line) if code == 2 else EngineError(line)
 
 

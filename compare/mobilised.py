@@ -27,7 +27,9 @@ def zones(run: Run, frame: int, layer: float) -> np.ndarray:
     """(N,) of STATIC, SURFACE, INSIDE, with layers of thickness `layer` [m]."""
     cloud = run.clouds[frame]
     x = cloud.x[:, :2]
-    mobilised = np.linalg.norm(cloud.v, axis=1) > SLOW * np.sqrt(run.case["geometry.gravity"] * run.height)
+    mobilised = np.linalg.norm(cloud.v, axis=1) > SLOW * np.sqrt(
+        run.case["geometry.gravity"] * run.height
+    )
     zone = np.where(mobilised, INSIDE, STATIC)
     zone[mobilised & (x[:, 1] < layer)] = SURFACE
     if mobilised.any() and not mobilised.all():
@@ -64,4 +66,8 @@ def shares(run: Run, account: str, layer: float) -> Share:
             even += increment.sum() * mass[0] / sum(mass) if sum(mass) > 0.0 else 0.0
         before = values
     total = gone.sum()
-    return Share(gone / total, even / total) if total > 0.0 else Share(np.full(3, np.nan), float("nan"))
+    return (
+        Share(gone / total, even / total)
+        if total > 0.0
+        else Share(np.full(3, np.nan), float("nan"))
+    )

@@ -15,7 +15,9 @@ def mass_quantile(x: np.ndarray, mass: np.ndarray, q: float) -> float:
     """
     order = np.argsort(x, kind="stable")
     sums = np.cumsum(mass[order])
-    return float(x[order][np.searchsorted(sums, (q - 1e-9) * sums[-1], side="left").clip(0, len(x) - 1)])
+    return float(
+        x[order][np.searchsorted(sums, (q - 1e-9) * sums[-1], side="left").clip(0, len(x) - 1)]
+    )
 
 
 def bulk_solid_fraction(run: Run) -> float:
@@ -35,7 +37,9 @@ def surface(run: Run, frame: int, share: float = 0.5) -> np.ndarray:
             heights[i] = grid.y[-1] + 0.5 * grid.spacing
         elif k > 0:
             above, under = phi[k, i], phi[k - 1, i]
-            heights[i] = grid.y[k - 1] + (under - limit) / (under - above) * (grid.y[k] - grid.y[k - 1])
+            heights[i] = grid.y[k - 1] + (under - limit) / (under - above) * (
+                grid.y[k] - grid.y[k - 1]
+            )
     return heights
 
 
@@ -73,7 +77,9 @@ def crossing_time(t: np.ndarray, values: np.ndarray, target: float) -> float:
     k = reached[0]
     if k == 0:
         return float(t[0])
-    return float(t[k - 1] + (target - values[k - 1]) / (values[k] - values[k - 1]) * (t[k] - t[k - 1]))
+    return float(
+        t[k - 1] + (target - values[k - 1]) / (values[k] - values[k - 1]) * (t[k] - t[k - 1])
+    )
 
 
 def front(run: Run) -> np.ndarray:
@@ -85,7 +91,9 @@ def first_entries(run: Run) -> np.ndarray:
     """(4, N): time [sqrt(H/g)] of the first frame at which each point is in regime 1, 2, 3, 4; infinite when it never is."""
     regimes = np.array([cloud.state["regime"] for cloud in run.clouds])
     found = [regimes == k for k in (1, 2, 3, 4)]
-    return np.array([np.where(at.any(axis=0), run.tau()[at.argmax(axis=0)], np.inf) for at in found])
+    return np.array(
+        [np.where(at.any(axis=0), run.tau()[at.argmax(axis=0)], np.inf) for at in found]
+    )
 
 
 def common_frames(a: Run, b: Run) -> list[tuple[int, int]]:
@@ -113,7 +121,11 @@ def stress(run: Run, frame: int) -> np.ndarray:
     if "stress_state" in run.fields:
         return run.fields["stress_state"][frame]
     kinetic = run.fields["kinetic_stress"][frame]
-    return kinetic + run.fields["contact_stress"][frame] if "contact_stress" in run.fields else np.full_like(kinetic, np.nan)
+    return (
+        kinetic + run.fields["contact_stress"][frame]
+        if "contact_stress" in run.fields
+        else np.full_like(kinetic, np.nan)
+    )
 
 
 def masked_error(mpm: Run, dem: Run, field) -> float:
@@ -125,30 +137,62 @@ def masked_error(mpm: Run, dem: Run, field) -> float:
     difference = reference = 0.0
     for i, k in common_frames(mpm, dem):
         mask = dense_in_both(mpm, dem, i, k)
-        a, b = (field(run, frame)[mask].reshape(mask.sum(), -1) for run, frame in ((mpm, i), (dem, k)))
+        a, b = (
+            field(run, frame)[mask].reshape(mask.sum(), -1) for run, frame in ((mpm, i), (dem, k))
+        )
         rho, known = dem.fields["density"][k][mask], np.isfinite(a + b).all(axis=1)
         difference += float(np.sum(rho[known] * ((a - b)[known] ** 2).sum(axis=1)))
         reference += float(np.sum(rho[known] * (b[known] ** 2).sum(axis=1)))
     return float(np.sqrt(difference / reference)) if reference > 0.0 else float("nan")
 
 
-def example_run(*, x=None, v=None, time=(0.0,), energy=None, solid_fraction=None, spacing=1.0, engine="dem", diameter=0.1, **fields):
+def example_run(
+    *,
+    x=None,
+    v=None,
+    time=(0.0,),
+    energy=None,
+    solid_fraction=None,
+    spacing=1.0,
+    engine="dem",
+    diameter=0.1,
+    **fields,
+):
     """A run made of arrays, for examples of metrics and statements: H = L0 = g = 1, e0 = 1, points of mass 1.
 
     x: (frames, N, 3); solid_fraction and other fields: (frames, ny, nx, ...) on a grid of `spacing`.
     """
-    case = parse("[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
-                 f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
-                 "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\nmargin_time = 0.05\nmargin_energy = 0.05\n"
-                 "margin_distance = 0.03\n")
+    case = parse(
+        "[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
+        f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
+        "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\nmargin_time = 0.05\nmargin_energy = 0.05\n"
+        "margin_distance = 0.03\n"
+    )
     x = np.zeros((len(time), 1, 3)) if x is None else np.asarray(x, dtype=float)
     v = np.zeros_like(x) if v is None else np.asarray(v, dtype=float)
     clouds = [Cloud(xs, vs, np.ones(len(xs)), np.ones(len(xs))) for xs, vs in zip(x, v)]
     mapped = None
     if solid_fraction is not None:
         phi = np.asarray(solid_fraction, dtype=float)
-        grid = Grid((np.arange(phi.shape[2]) + 0.5) * spacing, (np.arange(phi.shape[1]) + 0.5) * spacing, spacing**2)
-        values = {"solid_fraction": phi, "density": phi} | {k: np.asarray(f, dtype=float) for k, f in fields.items()}
+        grid = Grid(
+            (np.arange(phi.shape[2]) + 0.5) * spacing,
+            (np.arange(phi.shape[1]) + 0.5) * spacing,
+            spacing**2,
+        )
+        values = {"solid_fraction": phi, "density": phi} | {
+            k: np.asarray(f, dtype=float) for k, f in fields.items()
+        }
         mapped = Fields(grid, np.asarray(time), values)
-    history = {k: np.asarray(values, dtype=float) for k, values in (energy or {"time": [0.0]}).items()}
-    return Run("example", engine, case, np.asarray(time, dtype=float), clouds, history, {"cpu_seconds": 1.0}, mapped)
+    history = {
+        k: np.asarray(values, dtype=float) for k, values in (energy or {"time": [0.0]}).items()
+    }
+    return Run(
+        "example",
+        engine,
+        case,
+        np.asarray(time, dtype=float),
+        clouds,
+        history,
+        {"cpu_seconds": 1.0},
+        mapped,
+    )

@@ -23,10 +23,16 @@ from compare.errors import CaseError, EngineError
 from compare.files import write_atomically
 from compare.width_study import study
 
-HEADLINES = {"run_out": "Run-out", "final_height": "Final height", "kinetic_energy_peak_time": "Time of the kinetic-energy peak",
-             "kinetic_energy_peak": "Kinetic-energy peak", "dissipated_energy": "Energy dissipated",
-             "unaccounted_energy": "Energy unaccounted for", "wasserstein_x": "Distance of the deposits along x",
-             "cpu_seconds": "Processor time"}
+HEADLINES = {
+    "run_out": "Run-out",
+    "final_height": "Final height",
+    "kinetic_energy_peak_time": "Time of the kinetic-energy peak",
+    "kinetic_energy_peak": "Kinetic-energy peak",
+    "dissipated_energy": "Energy dissipated",
+    "unaccounted_energy": "Energy unaccounted for",
+    "wasserstein_x": "Distance of the deposits along x",
+    "cpu_seconds": "Processor time",
+}
 
 
 @dataclass(frozen=True)
@@ -50,13 +56,18 @@ def draw(chart, c, folder: Path) -> Figure | None:
             figure.draw_without_rendering()  # lays out, once for all formats
             figure.set_layout_engine("none")
             svg = io.StringIO()
-            figure.savefig(svg, format="svg", dpi=160, metadata={"Date": None, "Title": chart.title})
+            figure.savefig(
+                svg, format="svg", dpi=160, metadata={"Date": None, "Title": chart.title}
+            )
             images[narrow] = svg.getvalue()
             if not narrow:
                 (folder / f"{chart.name}.svg").write_text(svg.getvalue())
                 figure.savefig(folder / f"{chart.name}.png", dpi=160)
             plt.close(figure)
-    uri = {k: "data:image/svg+xml;base64," + base64.b64encode(v.encode()).decode() for k, v in images.items()}
+    uri = {
+        k: "data:image/svg+xml;base64," + base64.b64encode(v.encode()).decode()
+        for k, v in images.items()
+    }
     return Figure(chart.name, chart.title, sentence, uri[False], uri[True])
 
 
@@ -74,25 +85,57 @@ def draw_all(charts, subject, folder: Path, tell) -> list[Figure]:
 
 
 def provenance(runs) -> list[dict]:
-    keys = ("engine", "engine_version", "commit", "seed", "date", "machine", "threads", "cpu_seconds", "wall_seconds",
-            "end_reason", "command")
-    return [{"file": f"{run.name}.h5"} | {k: run.attributes.get(k, "") for k in keys} for run in runs]
+    keys = (
+        "engine",
+        "engine_version",
+        "commit",
+        "seed",
+        "date",
+        "machine",
+        "threads",
+        "cpu_seconds",
+        "wall_seconds",
+        "end_reason",
+        "command",
+    )
+    return [
+        {"file": f"{run.name}.h5"} | {k: run.attributes.get(k, "") for k in keys} for run in runs
+    ]
 
 
 def page(template: str, runs, case, **values) -> str:
     """An HTML page of a template that extends page.html.j2; it ends with the provenance of `runs` and the case."""
-    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True,
-                                     trim_blocks=True, lstrip_blocks=True)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     environment.filters["number"] = lambda x: "–" if x is None else f"{x:.4g}"
     environment.filters["percent"] = lambda x: "–" if x is None else f"{100 * x:+.1f} %"
-    return environment.get_template(template).render(provenance=provenance(runs), case=case.resolved, **values)
+    return environment.get_template(template).render(
+        provenance=provenance(runs), case=case.resolved, **values
+    )
 
 
-def render(c, metrics: dict, figures: list[Figure], judged: list[controls.Control], mapping: dict) -> str:
+def render(
+    c, metrics: dict, figures: list[Figure], judged: list[controls.Control], mapping: dict
+) -> str:
     case = c.dem[0].case
-    return page("report.html.j2", c.mpm + c.dem, case, title=case.values.get("title", "Comparison"),
-                verdict=metrics["verdict"]["value"], metrics=metrics, headlines=HEADLINES, figures=figures, controls=judged,
-                control_words=controls.WORDS, mapping=mapping, counts={"mpm": len(c.mpm), "dem": len(c.dem)})
+    return page(
+        "report.html.j2",
+        c.mpm + c.dem,
+        case,
+        title=case.values.get("title", "Comparison"),
+        verdict=metrics["verdict"]["value"],
+        metrics=metrics,
+        headlines=HEADLINES,
+        figures=figures,
+        controls=judged,
+        control_words=controls.WORDS,
+        mapping=mapping,
+        counts={"mpm": len(c.mpm), "dem": len(c.dem)},
+    )
 
 
 def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=()) -> dict:
@@ -110,7 +153,9 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
         c.width_study = study(c.dem[0], dem[0], widths, options)
     write_atomically(folder / "metrics.json", json.dumps(metrics, indent=1) + "\n")
 
-    figures = draw_all(all_charts(), c, folder / "figures", lambda share, text: tell(0.4 + 0.55 * share, text))
+    figures = draw_all(
+        all_charts(), c, folder / "figures", lambda share, text: tell(0.4 + 0.55 * share, text)
+    )
     attributes = c.dem[0].fields.values.file.attrs
     mapping = {k: v.decode() if isinstance(v, bytes) else v for k, v in attributes.items()}
     write_atomically(folder / "report.html", render(c, metrics, figures, judged, mapping))
@@ -123,8 +168,11 @@ def main(words: list[str]) -> int:
     parser.add_argument("folder", type=Path, help="folder that holds mpm.h5 and dem.h5")
     parser.add_argument("--progress", action="store_true", help="print progress lines")
     options = parser.parse_args(words)
-    tell = (lambda fraction, text: print(f"progress {fraction:.2f} {text}", flush=True)) if options.progress else \
-        (lambda fraction, text: None)
+    tell = (
+        (lambda fraction, text: print(f"progress {fraction:.2f} {text}", flush=True))
+        if options.progress
+        else (lambda fraction, text: None)
+    )
     try:
         compare(options.folder, tell=tell)
     except CaseError as error:

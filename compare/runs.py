@@ -12,7 +12,13 @@ from compare.case import Case, parse
 from compare.errors import CaseError
 
 GLUED = 3  # record `kind` of a grain that belongs to the wall
-POINT_STATE = ("regime", "void_ratio", "deviatoric_strain", "plastic_dissipation", "collisional_dissipation")
+POINT_STATE = (
+    "regime",
+    "void_ratio",
+    "deviatoric_strain",
+    "plastic_dissipation",
+    "collisional_dissipation",
+)
 
 
 @dataclass(frozen=True)
@@ -45,12 +51,25 @@ class StoredClouds(Sequence):
             with h5py.File(self.path) as f:
                 cloud = f[f"data/{step}/particles/cloud"]
                 moving = cloud["kind"][:] != GLUED if "kind" in cloud else slice(None)
-                vector = {r: np.stack([cloud[r][k][:] for k in "xyz"], axis=-1)[moving] for r in ("position", "velocity")}
+                vector = {
+                    r: np.stack([cloud[r][k][:] for k in "xyz"], axis=-1)[moving]
+                    for r in ("position", "velocity")
+                }
                 state = {name: cloud[name][:] for name in POINT_STATE if name in cloud}
                 if "stress" in cloud:
-                    state["pressure"] = sum(cloud["stress"][name][:] for name in ("xx", "yy", "zz")) / 3.0
-                self.kept = (step, Cloud(vector["position"], vector["velocity"], cloud["mass"][:][moving],
-                                         cloud["solid_volume"][:][moving], state))
+                    state["pressure"] = (
+                        sum(cloud["stress"][name][:] for name in ("xx", "yy", "zz")) / 3.0
+                    )
+                self.kept = (
+                    step,
+                    Cloud(
+                        vector["position"],
+                        vector["velocity"],
+                        cloud["mass"][:][moving],
+                        cloud["solid_volume"][:][moving],
+                        state,
+                    ),
+                )
         return self.kept[1]
 
 
@@ -160,8 +179,15 @@ def open_run(path: str | Path) -> Run:
         raise CaseError(f"{path}: not a run of grainpair ({error})") from error
     if not steps:
         raise CaseError(f"{path}: no frames")
-    return Run(path.stem, attributes["engine"], parse(attributes["case_resolved"], path), time, StoredClouds(path, steps),
-               energy, attributes)
+    return Run(
+        path.stem,
+        attributes["engine"],
+        parse(attributes["case_resolved"], path),
+        time,
+        StoredClouds(path, steps),
+        energy,
+        attributes,
+    )
 
 
 def open_fields(path: str | Path, name: str) -> Fields:

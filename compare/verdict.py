@@ -38,13 +38,17 @@ def confidence_half_width(a: np.ndarray, b: np.ndarray, confidence: float = 0.90
     total = sum(variances)
     if total == 0.0:
         return 0.0
-    freedom = 1.0 / sum((v / total) ** 2 / n for v, n in zip(variances, freedoms))  # shares: squares of small numbers vanish
+    freedom = 1.0 / sum(
+        (v / total) ** 2 / n for v, n in zip(variances, freedoms)
+    )  # shares: squares of small numbers vanish
     return float(stats.t.ppf(0.5 + 0.5 * confidence, freedom) * np.sqrt(total))
 
 
 def equivalence(mpm, dem, margin: float) -> Verdict:
     """Verdict on samples of one metric, one value per run of either engine."""
-    mpm, dem = np.atleast_1d(np.asarray(mpm, dtype=float)), np.atleast_1d(np.asarray(dem, dtype=float))
+    mpm, dem = np.atleast_1d(np.asarray(mpm, dtype=float)), np.atleast_1d(
+        np.asarray(dem, dtype=float)
+    )
     difference = float(mpm.mean() - dem.mean())
     half = confidence_half_width(mpm, dem)
     if not np.isfinite(difference):

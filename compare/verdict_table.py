@@ -7,8 +7,15 @@ import pandas as pd
 from compare.controls import WORDS
 from compare.files import write_table
 
-ENTRIES = {"unit": "unit", "mpm": "continuum", "dem": "grains", "dem_std": "grains_deviation", "margin": "margin",
-           "half_width": "half_width", "verdict": "verdict"}
+ENTRIES = {
+    "unit": "unit",
+    "mpm": "continuum",
+    "dem": "grains",
+    "dem_std": "grains_deviation",
+    "margin": "margin",
+    "half_width": "half_width",
+    "verdict": "verdict",
+}
 
 
 def table(metrics: dict) -> pd.DataFrame:
@@ -26,16 +33,36 @@ def table(metrics: dict) -> pd.DataFrame:
         if "value" in entry:
             row |= {"grains_deviation": entry.get("std")}
         row["difference"] = entry.get("difference", entry.get("value"))
-        rows.append(row | {control: metrics[f"control_{control}"]["words"][name] for control in controls})
-    order = ["metric", "unit", "continuum", "grains", "grains_deviation", "difference", "half_width", "margin", "verdict", *controls]
+        rows.append(
+            row | {control: metrics[f"control_{control}"]["words"][name] for control in controls}
+        )
+    order = [
+        "metric",
+        "unit",
+        "continuum",
+        "grains",
+        "grains_deviation",
+        "difference",
+        "half_width",
+        "margin",
+        "verdict",
+        *controls,
+    ]
     return pd.DataFrame(rows)[order]
 
 
 def write(metrics: dict, runs: list, path: Path, command: str) -> None:
     """The table as CSV below comment lines that say which runs it is of; appears complete or not at all."""
     commits = ", ".join(sorted({f"{run.engine} {run.attributes['commit']}" for run in runs}))
-    judged = {name: entry["value"] for name, entry in metrics.items() if name == "verdict" or name.startswith("control_")}
+    judged = {
+        name: entry["value"]
+        for name, entry in metrics.items()
+        if name == "verdict" or name.startswith("control_")
+    }
     seeds = " ".join(str(run.attributes["seed"]) for run in runs if run.engine == "dem")
-    header = [f"command: {command}", f"runs made by: {commits}; seeds of the grains: {seeds}",
-              "overall: " + "; ".join(f"{name} {word}" for name, word in judged.items())]
+    header = [
+        f"command: {command}",
+        f"runs made by: {commits}; seeds of the grains: {seeds}",
+        "overall: " + "; ".join(f"{name} {word}" for name, word in judged.items()),
+    ]
     write_table(path, header, table(metrics))

@@ -31,11 +31,20 @@ def export(run: Path, folder: Path) -> Path:
                 for step in sorted(file["data"], key=int):
                     frame = file["data"][step]
                     mesh(frame["particles/cloud"]).write(frames / f"{step}.vtu")
-                    ElementTree.SubElement(collection, "DataSet", timestep=repr(float(frame.attrs["time"])), part="0",
-                                           file=f"{run.stem}/{step}.vtu")
+                    ElementTree.SubElement(
+                        collection,
+                        "DataSet",
+                        timestep=repr(float(frame.attrs["time"])),
+                        part="0",
+                        file=f"{run.stem}/{step}.vtu",
+                    )
         except (OSError, KeyError) as error:
-            raise CaseError(f"{run}: not a run file ({error}). Give mpm.h5 or dem.h5 of a run") from error
-        ElementTree.ElementTree(listing).write(Path(scratch) / "all.pvd", xml_declaration=True, encoding="utf-8")
+            raise CaseError(
+                f"{run}: not a run file ({error}). Give mpm.h5 or dem.h5 of a run"
+            ) from error
+        ElementTree.ElementTree(listing).write(
+            Path(scratch) / "all.pvd", xml_declaration=True, encoding="utf-8"
+        )
         shutil.rmtree(folder / run.stem, ignore_errors=True)
         frames.rename(folder / run.stem)
         return (Path(scratch) / "all.pvd").rename(folder / f"{run.stem}.pvd")
@@ -43,6 +52,7 @@ def export(run: Path, folder: Path) -> Path:
 
 def mesh(cloud: h5py.Group) -> meshio.Mesh:
     """A cloud as one vertex cell per particle."""
+
     def values(record):
         if isinstance(record, h5py.Dataset):
             return record[()]
@@ -50,5 +60,8 @@ def mesh(cloud: h5py.Group) -> meshio.Mesh:
         return np.column_stack([record[component][()] for component in order])
 
     points = values(cloud["position"])
-    return meshio.Mesh(points, [("vertex", np.arange(len(points))[:, None])],
-                       point_data={name: values(record) for name, record in cloud.items() if name not in OMITTED})
+    return meshio.Mesh(
+        points,
+        [("vertex", np.arange(len(points))[:, None])],
+        point_data={name: values(record) for name, record in cloud.items() if name not in OMITTED},
+    )

@@ -13,8 +13,14 @@ from compare.comparison import map_fields
 from compare.reductions import bulk_solid_fraction
 from compare.runs import Run, open_fields
 
-FIELDS = ("solid_fraction", "granular_temperature_one_step", "granular_temperature_two_step", "granular_temperature",
-          "pressure", "deviatoric_stress")
+FIELDS = (
+    "solid_fraction",
+    "granular_temperature_one_step",
+    "granular_temperature_two_step",
+    "granular_temperature",
+    "pressure",
+    "deviatoric_stress",
+)
 
 
 @dataclass(frozen=True)
@@ -32,7 +38,10 @@ def core(run: Run, frame: int, margin: int = 3) -> np.ndarray:
     dense = run.fields["solid_fraction"][frame] > 0.8 * bulk_solid_fraction(run)
     for _ in range(margin):
         padded = np.pad(dense, 1, constant_values=False)
-        padded[0, :], padded[:, 0] = padded[1, :], padded[:, 1]  # the walls at y = 0 and x = 0 are no surface
+        padded[0, :], padded[:, 0] = (
+            padded[1, :],
+            padded[:, 1],
+        )  # the walls at y = 0 and x = 0 are no surface
         dense = dense & padded[2:, 1:-1] & padded[:-2, 1:-1] & padded[1:-1, 2:] & padded[1:-1, :-2]
     return dense
 
@@ -53,7 +62,15 @@ def study(run: Run, path: Path, widths, options=()) -> WidthStudy:
             for name in FIELDS:
                 if name in fields:
                     values = fields[name][0, :ny, :nx][inside]
-                    means[name].append(np.mean(values[np.isfinite(values)]) if np.isfinite(values).any() else np.nan)
+                    means[name].append(
+                        np.mean(values[np.isfinite(values)])
+                        if np.isfinite(values).any()
+                        else np.nan
+                    )
             scatter.append(np.std(fields["solid_fraction"][0, :ny, :nx][inside]))
-    return WidthStudy(np.array(widths), float(run.tau()[frame]), {k: np.array(v) for k, v in means.items() if v},
-                      np.array(scatter))
+    return WidthStudy(
+        np.array(widths),
+        float(run.tau()[frame]),
+        {k: np.array(v) for k, v in means.items() if v},
+        np.array(scatter),
+    )

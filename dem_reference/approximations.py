@@ -18,12 +18,22 @@ from compare.charts import STYLE
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 SERIES = {  # label -> table, the first of each being what the others are measured against
-    "softer, 334 grains (column_ci)": {"E": "column_ci/softening_3e8", "E / 10": "column_ci/softening_3e7",
-                                       "E / 100": "column_ci/softening_3e6"},
-    "coarser, 7000 grains (column_small, 10 d thick)": {"d": "column_small/wide_periodic", "2 d": "column_small/coarsening_2",
-                                                        "4 d": "column_small/coarsening_4"},
+    "softer, 334 grains (column_ci)": {
+        "E": "column_ci/softening_3e8",
+        "E / 10": "column_ci/softening_3e7",
+        "E / 100": "column_ci/softening_3e6",
+    },
+    "coarser, 7000 grains (column_small, 10 d thick)": {
+        "d": "column_small/wide_periodic",
+        "2 d": "column_small/coarsening_2",
+        "4 d": "column_small/coarsening_4",
+    },
 }
-MEASURES = {"run_out_99": "run-out, 99 % of mass", "height_at_wall": "height at the wall", "kinetic_energy_peak": "kinetic-energy peak"}
+MEASURES = {
+    "run_out_99": "run-out, 99 % of mass",
+    "height_at_wall": "height at the wall",
+    "kinetic_energy_peak": "kinetic-energy peak",
+}
 
 
 def deviations(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
@@ -34,32 +44,62 @@ def deviations(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
     """
     rows, names = [], list(tables)
     for name in names:
-        row = {"name": name, "seeds": len(tables[name]), "cpu_seconds": tables[name]["cpu_seconds"].mean()}
+        row = {
+            "name": name,
+            "seeds": len(tables[name]),
+            "cpu_seconds": tables[name]["cpu_seconds"].mean(),
+        }
         for measure in MEASURES:
             offset = 1.0 if measure.startswith("run_out") else 0.0
             mean = {n: tables[n][measure].mean() + offset for n in names}
-            error = {n: next(tables[m][measure].std(ddof=1) for m in names[names.index(n):] if len(tables[m]) > 1)
-                     / np.sqrt(len(tables[n])) for n in names}
+            error = {
+                n: next(
+                    tables[m][measure].std(ddof=1)
+                    for m in names[names.index(n) :]
+                    if len(tables[m]) > 1
+                )
+                / np.sqrt(len(tables[n]))
+                for n in names
+            }
             first = names[0]
             row[measure] = 100 * (mean[name] / mean[first] - 1)
-            row[f"{measure}_error"] = 100 * np.hypot(error[name], error[first] if name != first else 0.0) / mean[first]
+            row[f"{measure}_error"] = (
+                100 * np.hypot(error[name], error[first] if name != first else 0.0) / mean[first]
+            )
         rows.append(row)
     return pd.DataFrame(rows)
 
 
 def draw(series: dict[str, pd.DataFrame]):
     with plt.rc_context(STYLE):
-        figure, panels = plt.subplots(1, len(series), figsize=(9, 3.8), sharey=True, layout="constrained")
+        figure, panels = plt.subplots(
+            1, len(series), figsize=(9, 3.8), sharey=True, layout="constrained"
+        )
         for axes, (title, table) in zip(panels, series.items()):
             for k, (measure, label) in enumerate(MEASURES.items()):
-                axes.errorbar(table["cpu_seconds"] * 1.04 ** (k - 1), table[measure], table[f"{measure}_error"], fmt="osD"[k],
-                              capsize=3, label=label)
+                axes.errorbar(
+                    table["cpu_seconds"] * 1.04 ** (k - 1),
+                    table[measure],
+                    table[f"{measure}_error"],
+                    fmt="osD"[k],
+                    capsize=3,
+                    label=label,
+                )
             for name, x in zip(table["name"], table["cpu_seconds"]):
-                axes.annotate(name, (x, 1.0), xycoords=("data", "axes fraction"), xytext=(0, -12), textcoords="offset points",
-                              ha="center")
+                axes.annotate(
+                    name,
+                    (x, 1.0),
+                    xycoords=("data", "axes fraction"),
+                    xytext=(0, -12),
+                    textcoords="offset points",
+                    ha="center",
+                )
             axes.axhline(0, lw=0.8, color="0.5", zorder=0)
             axes.set(xscale="log", title=title, xlabel="processor time of packing and collapse [s]")
-            axes.set_xticks(table["cpu_seconds"], [f"{x:.2g}" if x < 100 else f"{x:.0f}" for x in table["cpu_seconds"]])
+            axes.set_xticks(
+                table["cpu_seconds"],
+                [f"{x:.2g}" if x < 100 else f"{x:.0f}" for x in table["cpu_seconds"]],
+            )
             axes.minorticks_off()
             axes.margins(x=0.15)
         panels[0].set_ylabel("deviation from the finest [%]")
@@ -70,15 +110,25 @@ def draw(series: dict[str, pd.DataFrame]):
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="dem_reference.approximations", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="dem_reference.approximations", description=__doc__.split("\n")[0]
+    )
     parser.add_argument("-o", "--output", type=Path, help="chart")
     options = parser.parse_args()
     series = {}
     for title, names in SERIES.items():
-        tables = {name: pd.read_csv((CASES / path).parent / "reference" / f"{Path(path).name}.csv", comment="#")
-                  for name, path in names.items()}
+        tables = {
+            name: pd.read_csv(
+                (CASES / path).parent / "reference" / f"{Path(path).name}.csv", comment="#"
+            )
+            for name, path in names.items()
+        }
         series[title] = deviations(tables)
-        print(title, series[title].to_string(index=False, float_format=lambda value: f"{value:.3g}"), sep="\n")
+        print(
+            title,
+            series[title].to_string(index=False, float_format=lambda value: f"{value:.3g}"),
+            sep="\n",
+        )
     if options.output:
         draw(series).savefig(options.output, dpi=160)
     return 0

@@ -24,12 +24,18 @@ DOCS = {
     "elastic_normal": ("J", "of it: normal, grain-grain"),
     "elastic_tangential": ("J", "of it: tangential, grain-grain"),
     "elastic_wall": ("J", "of it: in contacts with walls"),
-    "fluctuation": ("J", "of the kinetic energy: motion about the local affine velocity field, in cells of 3 d"),
+    "fluctuation": (
+        "J",
+        "of the kinetic energy: motion about the local affine velocity field, in cells of 3 d",
+    ),
     "dissipated_normal": ("J", "by normal damping between grains"),
     "dissipated_tangential": ("J", "by friction and tangential damping between grains"),
     "dissipated_base": ("J", "of these two: in contacts with glued grains"),
     "dissipated_wall": ("J", "in contacts with walls"),
-    "dissipated_short": ("J", "between grains, by contacts shorter than dem.lifetime_threshold binary contact times"),
+    "dissipated_short": (
+        "J",
+        "between grains, by contacts shorter than dem.lifetime_threshold binary contact times",
+    ),
     "dissipated_enduring": ("J", "between grains, by the longer ones"),
     "dissipated": ("J", "sampled dissipation, all of it"),
     "unaccounted": ("J", "initial energy - held - dissipated"),
@@ -58,7 +64,9 @@ class Audit:
     def totals(shot: Snapshot, pairs: np.ndarray, wall: np.ndarray) -> np.ndarray:
         """Normal, tangential, base and wall sum of values per contact, pairs (n, 2) and wall (m,)."""
         glued = shot.atoms["type"] == TYPES["glued"]
-        return np.array([*pairs.sum(axis=0), pairs[glued[shot.i] | glued[shot.j]].sum(), wall.sum()])
+        return np.array(
+            [*pairs.sum(axis=0), pairs[glued[shot.i] | glued[shot.j]].sum(), wall.sum()]
+        )
 
     def contact_held(self, shot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
         """Elastic energy that has to be taken off the intake of the pairs (n, 2) and of the walls' contacts (m,) [J]."""
@@ -75,7 +83,11 @@ class Audit:
 
     def add(self, shot: Snapshot) -> None:
         """One sample."""
-        pairs, wall = (shot.work_rate_parts, shot.wall.work_rate) if self.every_step else (shot.power_parts, shot.wall.power)
+        pairs, wall = (
+            (shot.work_rate_parts, shot.wall.work_rate)
+            if self.every_step
+            else (shot.power_parts, shot.wall.power)
+        )
         self.intake += self.totals(shot, pairs, wall) * self.interval
         self.lifetimes.add(*self.ids(shot), pairs * self.interval, self.contact_held(shot)[0])
         self.force_error = max(self.force_error, shot.force_error)
@@ -87,7 +99,9 @@ class Audit:
     def row(self, shot: Snapshot, time: float) -> None:
         """One line of the history."""
         enduring = self.lifetimes.enduring()
-        normal, tangential, base, wall = self.intake - self.totals(shot, *self.contact_held(shot)) + self.initially_held
+        normal, tangential, base, wall = (
+            self.intake - self.totals(shot, *self.contact_held(shot)) + self.initially_held
+        )
         dissipated = normal + tangential + wall
         values = {
             "time": time,
@@ -116,6 +130,10 @@ class Audit:
 
 def without_split(rows: dict) -> dict:
     """History of a run whose contacts were not sampled: all that was lost counts as dissipated, nothing is known apart."""
-    kept = {name: np.asarray(values) for name, values in rows.items() if not name.startswith(("dissipated", "unaccounted"))}
+    kept = {
+        name: np.asarray(values)
+        for name, values in rows.items()
+        if not name.startswith(("dissipated", "unaccounted"))
+    }
     held = kept["kinetic"] + kept["rotational"] + kept["potential"] + kept["elastic"]
     return kept | {"dissipated": held[0] - held, "unaccounted": np.full(held.size, np.nan)}

@@ -33,7 +33,9 @@ class Plan:
     def of(cls, case: dict) -> "Plan":
         geometry, t = case["geometry"], case["time"]
         grains = Grains.of(case)
-        dt = time_step(grains, case["dem"]["time_step_fraction"], geometry["height"], geometry["gravity"])
+        dt = time_step(
+            grains, case["dem"]["time_step_fraction"], geometry["height"], geometry["gravity"]
+        )
         scale = sqrt(geometry["height"] / geometry["gravity"])
         wanted = max(1, round(t["energy_interval"] * scale / dt))
         sample = min(case["dem"]["audit_interval"] or wanted, wanted)
@@ -46,11 +48,15 @@ class Plan:
 def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -> str:
     """Commands from the settled packing to the instant of release, the gate gone or about to be lifted; may write to `work`."""
     commands = [
-        scene.beginning(case, grains, f"read_restart {packing / 'packing.restart'}", grains.young_modulus),
+        scene.beginning(
+            case, grains, f"read_restart {packing / 'packing.restart'}", grains.young_modulus
+        ),
         scene.material(case, grains, grains.young_modulus, grains.friction),
         scene.bodies(case, grains),
         f"timestep {plan.dt:.17g}",
-        scene.lifted_gate(case, grains, work / "gate.stl") if case["walls"]["gate"] == "lifted" else "",
+        scene.lifted_gate(case, grains, work / "gate.stl")
+        if case["walls"]["gate"] == "lifted"
+        else "",
         f"thermo {plan.row}",
         "reset_timestep 0",
         "run 0",
@@ -73,16 +79,29 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
     largest_id = int(engine.atoms()["id"].max())
 
     lifted = case["walls"]["gate"] == "lifted"
-    gate_gone = (geometry["height"] + grains.diameter) / case["walls"]["gate_speed"] if lifted else 0.0
+    gate_gone = (
+        (geometry["height"] + grains.diameter) / case["walls"]["gate_speed"] if lifted else 0.0
+    )
 
     def look(now: float) -> Snapshot:
         gate = [scene.rising_gate(case, now)] if now < gate_gone else []
-        return Snapshot(grains, engine.atoms(), engine.contacts(largest_id), plan.dt, geometry["gravity"], thickness,
-                        walls + gate, scene.axisymmetric(case))
+        return Snapshot(
+            grains,
+            engine.atoms(),
+            engine.contacts(largest_id),
+            plan.dt,
+            geometry["gravity"],
+            thickness,
+            walls + gate,
+            scene.axisymmetric(case),
+        )
 
     sampled = case["dem"]["audit_interval"] > 0
-    lifetimes = Lifetimes(plan.sample * plan.dt, grains.binary_contact_time(geometry["gravity"]),
-                          case["dem"]["lifetime_threshold"])
+    lifetimes = Lifetimes(
+        plan.sample * plan.dt,
+        grains.binary_contact_time(geometry["gravity"]),
+        case["dem"]["lifetime_threshold"],
+    )
     audit = Audit(plan.sample * plan.dt, plan.sample == 1, lifetimes)
     result = Result(target, attributes)
     shot = look(0.0)
@@ -101,11 +120,16 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
             lifted = False
         if step % plan.row == 0:
             if engine.count() != count:
-                raise EngineError(f"LIGGGHTS: lost {count - engine.count()} of {count} grains by t = {now:.4g} s")
+                raise EngineError(
+                    f"LIGGGHTS: lost {count - engine.count()} of {count} grains by t = {now:.4g} s"
+                )
             audit.row(shot, now)
             peak = max(peak, shot.kinetic)
             report(step / plan.last, f"collapse t = {now / plan.scale:.2f} sqrt(H/g)")
-            if now > plan.scale and kinetic_on_floor(shot, case) < case["time"]["rest_kinetic_energy"] * peak:
+            if (
+                now > plan.scale
+                and kinetic_on_floor(shot, case) < case["time"]["rest_kinetic_energy"] * peak
+            ):
                 reason = "rest"
         if step % plan.frame == 0 or reason == "rest" or step >= plan.last:
             result.frame(step, now, shot, case["output"]["contacts"])
@@ -117,8 +141,18 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
         result.lifetimes(audit)
     else:
         result.history(without_split(audit.rows))
-    finish(result, packing, case, shot, plan, reason, step, audit.force_error, time.process_time() - began[1],
-           time.monotonic() - began[0])
+    finish(
+        result,
+        packing,
+        case,
+        shot,
+        plan,
+        reason,
+        step,
+        audit.force_error,
+        time.process_time() - began[1],
+        time.monotonic() - began[0],
+    )
 
 
 def beyond_floor(shot: Snapshot, case: dict) -> np.ndarray:
@@ -133,13 +167,31 @@ def kinetic_on_floor(shot: Snapshot, case: dict) -> float:
     return shot.grains.mass / 2 * float((v * v).sum())
 
 
-def finish(result: Result, packing: Path, case: dict, shot: Snapshot, plan: Plan, reason: str, step: int, force_error: float,
-           cpu: float, wall: float) -> None:
+def finish(
+    result: Result,
+    packing: Path,
+    case: dict,
+    shot: Snapshot,
+    plan: Plan,
+    reason: str,
+    step: int,
+    force_error: float,
+    cpu: float,
+    wall: float,
+) -> None:
     """Closes a result with its packing and what is known only at the end."""
     result.packing(packing / "packing.h5")
     packing_cpu = float(result.file["packing"].attrs["cpu_seconds"])
     beyond = beyond_floor(shot, case)
     result.file.attrs.update(
-        end_reason=reason, steps=step, time_scale=plan.scale, cpu_seconds=cpu + packing_cpu, cpu_seconds_collapse=cpu,
-        cpu_seconds_packing=packing_cpu, wall_seconds=wall, force_error=force_error, grains_beyond_floor=int(beyond.sum()))
+        end_reason=reason,
+        steps=step,
+        time_scale=plan.scale,
+        cpu_seconds=cpu + packing_cpu,
+        cpu_seconds_collapse=cpu,
+        cpu_seconds_packing=packing_cpu,
+        wall_seconds=wall,
+        force_error=force_error,
+        grains_beyond_floor=int(beyond.sum()),
+    )
     result.file.close()

@@ -21,11 +21,25 @@ from .engine import Liggghts
 from .grains import Grains
 from .process import run_engine
 
-SPEEDS = (0.01, 0.1, 0.5, 1.4)  # relative, along the line of centres [m/s]; the last is sqrt(2 g H) of the seed's column
+SPEEDS = (
+    0.01,
+    0.1,
+    0.5,
+    1.4,
+)  # relative, along the line of centres [m/s]; the last is sqrt(2 g H) of the seed's column
 ANGLES = (0.0, 30.0, 60.0)  # of the relative velocity to the line of centres [degrees]
 GAP = 2.0  # steps before they meet
 LANE = 5.0  # distance between pairs, in diameters
-COLUMNS = ("speed", "angle", "restitution", "tangential_restitution", "loss", "work_residual", "power_residual", "steps")
+COLUMNS = (
+    "speed",
+    "angle",
+    "restitution",
+    "tangential_restitution",
+    "loss",
+    "work_residual",
+    "power_residual",
+    "steps",
+)
 
 
 def collide(case: dict, grains: Grains, dt: float, folder: Path, report) -> None:
@@ -38,19 +52,31 @@ def collide(case: dict, grains: Grains, dt: float, folder: Path, report) -> None
     d = grains.diameter
     speed, angle = (a.ravel() for a in np.meshgrid(SPEEDS, np.radians(ANGLES), indexing="ij"))
     lanes = np.arange(speed.size)
-    place = np.column_stack([(lanes % 4 + 1) * LANE * d, (lanes // 4 + 1) * LANE * d, 0 * lanes + LANE * d])
+    place = np.column_stack(
+        [(lanes % 4 + 1) * LANE * d, (lanes // 4 + 1) * LANE * d, 0 * lanes + LANE * d]
+    )
     half = np.column_stack([d / 2 + GAP * speed * dt / 2, 0 * speed, 0 * speed])
     engine = Liggghts(folder / "log")
     free = case | {"walls": case["walls"] | {"front_back": "smooth"}}
     size = LANE * d * (5 + lanes.size // 4)
-    engine.commands(scene.beginning(free, grains, f"region domain block 0 {size} 0 {size} 0 {size} units box\ncreate_box 5 domain",
-                                    grains.young_modulus))
+    engine.commands(
+        scene.beginning(
+            free,
+            grains,
+            f"region domain block 0 {size} 0 {size} 0 {size} units box\ncreate_box 5 domain",
+            grains.young_modulus,
+        )
+    )
     engine.commands(scene.material(free, grains, grains.young_modulus, grains.friction))
     for centre in np.vstack([place - half, place + half]):
-        engine.command("create_atoms 1 single " + " ".join(f"{x:.17g}" for x in centre) + " units box")
-    engine.commands(f"set type 1 density {grains.density} diameter {d}\ngroup mobile type 1\nfix motion mobile nve/sphere\n"
-                    "compute pairs all pair/gran/local id history delta\ncompute id_sum all reduce sum c_pairs[1]\n"
-                    f"timestep {dt:.17g}\nthermo 1000000\nrun 0")
+        engine.command(
+            "create_atoms 1 single " + " ".join(f"{x:.17g}" for x in centre) + " units box"
+        )
+    engine.commands(
+        f"set type 1 density {grains.density} diameter {d}\ngroup mobile type 1\nfix motion mobile nve/sphere\n"
+        "compute pairs all pair/gran/local id history delta\ncompute id_sum all reduce sum c_pairs[1]\n"
+        f"timestep {dt:.17g}\nthermo 1000000\nrun 0"
+    )
     ids = engine.atoms()["id"] - 1
     v = np.column_stack([speed, speed * np.tan(angle), 0 * speed]) / 2
     engine.set_velocities(np.vstack([v, -v])[ids])
@@ -72,21 +98,39 @@ def collide(case: dict, grains: Grains, dt: float, folder: Path, report) -> None
         x, u, spin = (atoms[name][order].reshape(2, pairs, 3) for name in ("x", "v", "omega"))
         normal = (x[0] - x[1]) / np.linalg.norm(x[0] - x[1], axis=1)[:, None]
         along = dot(u[0] - u[1], normal)
-        slip = u[0] - u[1] - along[:, None] * normal - np.cross(grains.radius * (spin[0] + spin[1]), normal)
+        slip = (
+            u[0]
+            - u[1]
+            - along[:, None] * normal
+            - np.cross(grains.radius * (spin[0] + spin[1]), normal)
+        )
         touching = np.zeros(pairs, dtype=bool)
         touching[pair] = True
         parted = touched & ~touching
         normal_after[parted], slip_after[parted] = along[parted], slip[parted, 1]
         touched = touching
     if touched.any() or not steps.all():
-        raise EngineError("collision: a pair has not met and parted (contact longer than three Hertz times)")
+        raise EngineError(
+            "collision: a pair has not met and parted (contact longer than three Hertz times)"
+        )
     before = mass * dot(v, v)
-    lost = before - sum(mass / 2 * dot(u[k], u[k]) + inertia / 2 * dot(spin[k], spin[k]) for k in (0, 1))
+    lost = before - sum(
+        mass / 2 * dot(u[k], u[k]) + inertia / 2 * dot(spin[k], spin[k]) for k in (0, 1)
+    )
     slip_before = 2 * v[:, 1]
     oblique = slip_before > 0
-    table = np.column_stack([speed, np.degrees(angle), normal_after / speed,
-                             np.where(oblique, slip_after / np.where(oblique, slip_before, 1), 1.0), lost / before,
-                             (work - lost) / before, (power - lost) / before, steps])
+    table = np.column_stack(
+        [
+            speed,
+            np.degrees(angle),
+            normal_after / speed,
+            np.where(oblique, slip_after / np.where(oblique, slip_before, 1), 1.0),
+            lost / before,
+            (work - lost) / before,
+            (power - lost) / before,
+            steps,
+        ]
+    )
     np.save(folder / "pairs.npy", table)
 
 
@@ -94,13 +138,19 @@ def table(case: dict, young_modulus: float, fraction: float) -> np.ndarray:
     """The collisions of a case's grains at a stiffness [Pa] and a fraction of the Rayleigh time, (pairs, COLUMNS)."""
     grains = Grains.of(case, young_modulus)
     with tempfile.TemporaryDirectory() as folder:
-        run_engine(collide, (case, grains, fraction * grains.rayleigh_time(), Path(folder)), Path(folder) / "log",
-                   lambda done, text: None)
+        run_engine(
+            collide,
+            (case, grains, fraction * grains.rayleigh_time(), Path(folder)),
+            Path(folder) / "log",
+            lambda done, text: None,
+        )
         return np.load(Path(folder) / "pairs.npy")
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="dem_reference.collision", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="dem_reference.collision", description=__doc__.split("\n")[0]
+    )
     parser.add_argument("case", metavar="CASE")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     options = parser.parse_args()

@@ -53,10 +53,15 @@ class Snapshot:
         self.mobile = a["type"] == TYPES["grain"]
         index = np.empty(a["id"].max() + 1, dtype=np.int64)
         index[a["id"]] = np.arange(a["id"].size)
-        self.i, self.j = index[self.rows[:, 0].astype(np.int64)], index[self.rows[:, 1].astype(np.int64)]
+        self.i, self.j = (
+            index[self.rows[:, 0].astype(np.int64)],
+            index[self.rows[:, 1].astype(np.int64)],
+        )
         # velocities the force was evaluated with; a glued grain has none
         self.v_half = np.where(self.mobile[:, None], a["v"] - self.dt / (2 * g.mass) * a["f"], 0.0)
-        self.omega_half = np.where(self.mobile[:, None], a["omega"] - self.dt / (2 * g.inertia) * a["torque"], 0.0)
+        self.omega_half = np.where(
+            self.mobile[:, None], a["omega"] - self.dt / (2 * g.inertia) * a["torque"], 0.0
+        )
         self._pairs()
 
     def _pairs(self) -> None:
@@ -68,11 +73,19 @@ class Snapshot:
         n = branch / distance[:, None]
         delta = g.diameter - distance
         arm = (g.radius - delta / 2)[:, None]  # from a centre to the contact point
-        self.branch, self.distance, self.normal, self.overlap, self.arm = branch, distance, n, delta, arm
+        self.branch, self.distance, self.normal, self.overlap, self.arm = (
+            branch,
+            distance,
+            n,
+            delta,
+            arm,
+        )
         v_n, v_t = self._relative(self.v_half, self.omega_half)
 
         r = g.radius / 2
-        m = np.where(self.mobile[i] & self.mobile[j], g.mass / 2, g.mass)  # the glued grain's mass is infinite
+        m = np.where(
+            self.mobile[i] & self.mobile[j], g.mass / 2, g.mass
+        )  # the glued grain's mass is infinite
         root = np.sqrt(r * delta)
         s_n, k_t = 2 * g.contact_modulus * root, 8 * g.contact_shear_modulus * root
         gamma_n, gamma_t = g.damping_factor * np.sqrt(s_n * m), g.damping_factor * np.sqrt(k_t * m)
@@ -81,13 +94,19 @@ class Snapshot:
         s = self.rows[:, 3:6]
         s_length = np.sqrt(dot(s, s))
         cap = g.friction * np.abs(f_n)
-        blur = (SLIDING_TOLERANCE + ROUND_OFF * np.abs(a["x"]).max() / delta) * g.friction * (f_hertz + gamma_n * np.abs(v_n))
+        blur = (
+            (SLIDING_TOLERANCE + ROUND_OFF * np.abs(a["x"]).max() / delta)
+            * g.friction
+            * (f_hertz + gamma_n * np.abs(v_n))
+        )
         sliding = k_t * s_length >= cap - blur
         spring = -k_t[:, None] * s
         f_t = spring - np.where(sliding, 0.0, gamma_t)[:, None] * v_t
 
         self.v_n, self.v_t = v_n, v_t
-        self.u_n, self.u_t = self._relative(*(np.where(self.mobile[:, None], a[name], 0.0) for name in ("v", "omega")))
+        self.u_n, self.u_t = self._relative(
+            *(np.where(self.mobile[:, None], a[name], 0.0) for name in ("v", "omega"))
+        )
         self.s_n, self.k_t, self.gamma_n, self.gamma_t = s_n, k_t, gamma_n, gamma_t
         self.f_n, self.f_t, self.s_length, self.sliding = f_n, f_t, s_length, sliding
         self.force = f_n[:, None] * n + f_t  # on the first grain, from the second
@@ -96,7 +115,9 @@ class Snapshot:
         """Relative velocity of the pairs along the normal (n,) and slip velocity at the contact point (n, 3)."""
         v = velocity[self.i] - velocity[self.j]
         v_n = dot(v, self.normal)
-        return v_n, v - v_n[:, None] * self.normal - np.cross(self.arm * (spin[self.i] + spin[self.j]), self.normal)
+        return v_n, v - v_n[:, None] * self.normal - np.cross(
+            self.arm * (spin[self.i] + spin[self.j]), self.normal
+        )
 
     @cached_property
     def elastic_normal(self) -> np.ndarray:
@@ -147,8 +168,9 @@ class Snapshot:
         """Sum of grain-grain contact forces on each grain (n, 3) [N]."""
         total = np.zeros_like(self.atoms["x"])
         for k in range(3):
-            total[:, k] = (np.bincount(self.i, self.force[:, k], len(total))
-                           - np.bincount(self.j, self.force[:, k], len(total)))
+            total[:, k] = np.bincount(self.i, self.force[:, k], len(total)) - np.bincount(
+                self.j, self.force[:, k], len(total)
+            )
         return total
 
     @cached_property
@@ -182,7 +204,9 @@ class Snapshot:
 
     @cached_property
     def elastic(self) -> float:
-        return float(self.elastic_normal.sum() + self.elastic_tangential.sum() + self.wall.elastic.sum())
+        return float(
+            self.elastic_normal.sum() + self.elastic_tangential.sum() + self.wall.elastic.sum()
+        )
 
 
 class WallContacts:
@@ -196,7 +220,9 @@ class WallContacts:
     def __init__(self, shot: Snapshot):
         g = shot.grains
         parts = [self._touching(shot, plane) for plane in shot.planes]
-        self.grain, self.code, self.normal, self.overlap, speed, rough = (np.concatenate(column) for column in zip(*parts))
+        self.grain, self.code, self.normal, self.overlap, speed, rough = (
+            np.concatenate(column) for column in zip(*parts)
+        )
         v_n = dot(shot.v_half[self.grain], self.normal) - speed
         u_n = dot(shot.atoms["v"][self.grain], self.normal) - speed
         root = np.sqrt(g.radius * self.overlap)
@@ -206,10 +232,14 @@ class WallContacts:
         self.elastic = 8 / 15 * g.contact_modulus * np.sqrt(g.radius) * self.overlap**2.5
         self.power = gamma * v_n * u_n
         self.work_rate = -f_n * u_n
-        self.branch = (g.radius - self.overlap)[:, None] * self.normal  # grain centre - contact point
+        self.branch = (g.radius - self.overlap)[
+            :, None
+        ] * self.normal  # grain centre - contact point
         rough = np.flatnonzero(rough)
         _, first, count = np.unique(self.grain[rough], return_index=True, return_counts=True)
-        self.ambiguous = self.grain[rough[first[count > 1]]]  # grains whose friction cannot be told apart
+        self.ambiguous = self.grain[
+            rough[first[count > 1]]
+        ]  # grains whose friction cannot be told apart
         if rough.size:
             self._add_friction(shot, rough[first])
 
@@ -223,8 +253,14 @@ class WallContacts:
         distance = np.sqrt(dot(gap, gap))
         grain = np.flatnonzero((distance < radius) & shot.mobile)
         normal = gap[grain] / distance[grain, None]
-        return (grain, np.full(grain.size, plane.code), normal, radius - distance[grain], plane.rise * normal[:, 1],
-                np.full(grain.size, plane.friction > 0))
+        return (
+            grain,
+            np.full(grain.size, plane.code),
+            normal,
+            radius - distance[grain],
+            plane.rise * normal[:, 1],
+            np.full(grain.size, plane.friction > 0),
+        )
 
     def _add_friction(self, shot: Snapshot, rough: np.ndarray) -> None:
         left_over = shot.atoms["f"] - shot.pair_force

@@ -17,8 +17,20 @@ from .ensemble import save
 from .summary import scalars
 
 SHARE = 0.3  # of a monolayer, that a strip of the deposit must hold
-KEPT = ("seed", "run_out", "run_out_99", "height_at_wall", "kinetic_energy_peak", "kinetic_energy_peak_time", "dissipated_short",
-        "dissipated_enduring", "unaccounted", "void_ratio", "grains", "kinetic_energy_end")
+KEPT = (
+    "seed",
+    "run_out",
+    "run_out_99",
+    "height_at_wall",
+    "kinetic_energy_peak",
+    "kinetic_energy_peak_time",
+    "dissipated_short",
+    "dissipated_enduring",
+    "unaccounted",
+    "void_ratio",
+    "grains",
+    "kinetic_energy_end",
+)
 
 
 def edge(distance: np.ndarray, diameter: float, *, width: float | None = None) -> float:
@@ -29,7 +41,9 @@ def edge(distance: np.ndarray, diameter: float, *, width: float | None = None) -
     """
     count = np.bincount((distance / diameter).astype(int))
     k = np.arange(count.size)
-    area = np.full(count.size, width * diameter) if width else np.pi / 4 * diameter**2 * (2 * k + 1)
+    area = (
+        np.full(count.size, width * diameter) if width else np.pi / 4 * diameter**2 * (2 * k + 1)
+    )
     grain = np.sqrt(3) / 2 * diameter**2  # area of a grain in a close-packed layer
     thin = np.flatnonzero(count * grain < SHARE * area)
     return float(thin[0] if thin.size else count.size) * diameter
@@ -44,10 +58,17 @@ def row(path: Path) -> dict[str, float]:
         x, z = cloud["position/x"][()][grains], cloud["position/z"][()][grains]
         d = 2 * float(cloud["radius"][0])
     radial = geometry["dimension"] == "axisymmetric"
-    front = edge(np.hypot(x, z), d) if radial else edge(np.maximum(x, 0), d, width=geometry["thickness"])
+    front = (
+        edge(np.hypot(x, z), d)
+        if radial
+        else edge(np.maximum(x, 0), d, width=geometry["thickness"])
+    )
     found = scalars(path)
-    return {"aspect_ratio": geometry["height"] / geometry["length"], "run_out_edge": front / geometry["length"] - 1,
-            **{name: found[name] for name in KEPT}}
+    return {
+        "aspect_ratio": geometry["height"] / geometry["length"],
+        "run_out_edge": front / geometry["length"] - 1,
+        **{name: found[name] for name in KEPT},
+    }
 
 
 def main() -> int:
@@ -57,8 +78,12 @@ def main() -> int:
     options = parser.parse_args()
     table = pd.DataFrame([row(path) for path in options.runs]).sort_values(["aspect_ratio", "seed"])
     if options.output:
-        save(table, options.output, " ".join(["python3 -m dem_reference.edge", *sys.argv[1:]]),
-             "run-outs in L0 (R0): edge of the deposit, 99.5 % and 99 % of mass; other units as in an ensemble's table")
+        save(
+            table,
+            options.output,
+            " ".join(["python3 -m dem_reference.edge", *sys.argv[1:]]),
+            "run-outs in L0 (R0): edge of the deposit, 99.5 % and 99 % of mass; other units as in an ensemble's table",
+        )
     print(table.to_string(index=False, float_format=lambda value: f"{value:.4g}"))
     return 0
 

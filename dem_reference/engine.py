@@ -18,8 +18,10 @@ def load_library() -> ctypes.CDLL:
         ctypes.CDLL("libmpi.so.40", mode=ctypes.RTLD_GLOBAL)
         return ctypes.CDLL(LIBRARY, mode=ctypes.RTLD_GLOBAL)
     except OSError as error:
-        raise EngineError(f"LIGGGHTS: {LIBRARY} cannot be loaded ({error}) install the packages liggghts and "
-                          "libopenmpi3") from None
+        raise EngineError(
+            f"LIGGGHTS: {LIBRARY} cannot be loaded ({error}) install the packages liggghts and "
+            "libopenmpi3"
+        ) from None
 
 
 class Liggghts:
@@ -32,7 +34,9 @@ class Liggghts:
         # The screen may not be `none`: insert/pack writes to it without asking. The log carries the errors.
         words = [b"liggghts", b"-screen", b"/dev/null", b"-log", str(log).encode()]
         self._instance = ctypes.c_void_p()
-        self.library.lammps_open_no_mpi(len(words), (ctypes.c_char_p * len(words))(*words), ctypes.byref(self._instance))
+        self.library.lammps_open_no_mpi(
+            len(words), (ctypes.c_char_p * len(words))(*words), ctypes.byref(self._instance)
+        )
 
     def command(self, line: str) -> None:
         self.library.lammps_command(self._instance, line.encode())
@@ -77,7 +81,9 @@ class Liggghts:
     def _view(self, name: str, n: int) -> np.ndarray:
         pointer = self.library.lammps_extract_atom(self._instance, name.encode())
         first_row = ctypes.c_void_p.from_address(pointer).value
-        return np.ctypeslib.as_array((ctypes.c_double * (3 * n)).from_address(first_row)).reshape(n, 3)
+        return np.ctypeslib.as_array((ctypes.c_double * (3 * n)).from_address(first_row)).reshape(
+            n, 3
+        )
 
     def scalar(self, compute: str) -> float:
         """Value of a global compute."""
@@ -105,4 +111,6 @@ class Liggghts:
 
     @staticmethod
     def _rows(address: int, n: int) -> np.ndarray:
-        return np.ctypeslib.as_array((ctypes.c_double * (CONTACT_COLUMNS * n)).from_address(address)).reshape(n, -1)
+        return np.ctypeslib.as_array(
+            (ctypes.c_double * (CONTACT_COLUMNS * n)).from_address(address)
+        ).reshape(n, -1)

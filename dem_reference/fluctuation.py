@@ -42,8 +42,10 @@ def cylindrical(x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Positions (n, 3) as distance from the y axis, y and azimuth; velocities (n, 3) as v_r, v_y, v_theta."""
     r, theta = np.hypot(x[:, 0], x[:, 2]), np.arctan2(x[:, 2], x[:, 0])
     c, s = np.cos(theta), np.sin(theta)
-    return (np.column_stack([r, x[:, 1], theta]),
-            np.column_stack([c * v[:, 0] + s * v[:, 2], v[:, 1], c * v[:, 2] - s * v[:, 0]]))
+    return (
+        np.column_stack([r, x[:, 1], theta]),
+        np.column_stack([c * v[:, 0] + s * v[:, 2], v[:, 1], c * v[:, 2] - s * v[:, 0]]),
+    )
 
 
 def _sums(values: np.ndarray, cell: np.ndarray, cells: int) -> np.ndarray:

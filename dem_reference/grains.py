@@ -83,7 +83,12 @@ class Grains:
     def rayleigh_time(self) -> float:
         """Time a Rayleigh wave takes over half a grain's circumference [s]: pi r sqrt(rho/G) / (0.1631 nu + 0.8766)."""
         shear_modulus = self.young_modulus / (2 * (1 + self.poisson_ratio))
-        return pi * self.radius * sqrt(self.density / shear_modulus) / (0.1631 * self.poisson_ratio + 0.8766)
+        return (
+            pi
+            * self.radius
+            * sqrt(self.density / shear_modulus)
+            / (0.1631 * self.poisson_ratio + 0.8766)
+        )
 
     def contact_time(self, speed: float) -> float:
         """Duration of an undamped head-on Hertz collision at relative `speed` [s]: 2.87 (m*^2 / (R* Y*^2 v))^(1/5)."""
@@ -100,11 +105,15 @@ def time_step(grains: Grains, fraction: float, height: float, gravity: float) ->
     dt = fraction * grains.rayleigh_time()
     speed = sqrt(2 * gravity * height)
     if fraction > LARGEST_RAYLEIGH_FRACTION:
-        raise CaseError(f"dem.time_step_fraction: {fraction:g} of the Rayleigh time is above the contact limit "
-                         f"(at most {LARGEST_RAYLEIGH_FRACTION:g}) lower it")
+        raise CaseError(
+            f"dem.time_step_fraction: {fraction:g} of the Rayleigh time is above the contact limit "
+            f"(at most {LARGEST_RAYLEIGH_FRACTION:g}) lower it"
+        )
     steps = grains.contact_time(speed) / dt
     if steps < LEAST_STEPS_PER_CONTACT:
-        raise CaseError(f"dem.time_step_fraction: a grain that falls from H = {height:g} m hits for {steps:.1f} steps only "
-                         f"(at least {LEAST_STEPS_PER_CONTACT} resolve the contact) use at most "
-                         f"{0.99 * fraction * steps / LEAST_STEPS_PER_CONTACT:.3g}")
+        raise CaseError(
+            f"dem.time_step_fraction: a grain that falls from H = {height:g} m hits for {steps:.1f} steps only "
+            f"(at least {LEAST_STEPS_PER_CONTACT} resolve the contact) use at most "
+            f"{0.99 * fraction * steps / LEAST_STEPS_PER_CONTACT:.3g}"
+        )
     return dt

@@ -19,7 +19,9 @@ def edges(extent: float, diameter: float) -> np.ndarray:
     return np.linspace(0, extent, max(1, round(extent / (CELL * diameter))) + 1)
 
 
-def box_stress(shot: Snapshot, lower: np.ndarray, upper: np.ndarray, thickness: float) -> np.ndarray:
+def box_stress(
+    shot: Snapshot, lower: np.ndarray, upper: np.ndarray, thickness: float
+) -> np.ndarray:
     """Contact stress 1/V sum f (x) b of a box of x and y, or x, y and z (3, 3) [Pa], compression positive, by contact point."""
     point, axes = shot.atoms["x"][shot.i] - shot.branch / 2, len(lower)
     inside = np.all((point[:, :axes] > lower) & (point[:, :axes] < upper), axis=1)
@@ -40,14 +42,31 @@ def fields(shot: Snapshot, length: float, height: float, thickness: float) -> di
     grain = shot.atoms["x"][shot.mobile][:, :2]
     solid = np.empty((nx, ny))
     open_x, open_y = x_faces.copy(), y_faces.copy()
-    open_x[[0, -1]] = min(0, grain[:, 0].min()) - g.diameter, max(length, grain[:, 0].max()) + g.diameter
-    open_y[[0, -1]] = min(0, grain[:, 1].min()) - g.diameter, max(height, grain[:, 1].max()) + g.diameter
+    open_x[[0, -1]] = (
+        min(0, grain[:, 0].min()) - g.diameter,
+        max(length, grain[:, 0].max()) + g.diameter,
+    )
+    open_y[[0, -1]] = (
+        min(0, grain[:, 1].min()) - g.diameter,
+        max(height, grain[:, 1].max()) + g.diameter,
+    )
     for a in range(nx):
-        near = grain[(grain[:, 0] > open_x[a] - g.radius) & (grain[:, 0] < open_x[a + 1] + g.radius)]
+        near = grain[
+            (grain[:, 0] > open_x[a] - g.radius) & (grain[:, 0] < open_x[a + 1] + g.radius)
+        ]
         for b in range(ny):
-            solid[a, b] = clipped_volume(near, g.radius, np.array([open_x[a], open_y[b]]),
-                                         np.array([open_x[a + 1], open_y[b + 1]])).sum()
-    out = {"x": x_faces, "y": y_faces, "mass": g.density * solid, "void_ratio": cell_volume / np.maximum(solid, 1e-300) - 1}
+            solid[a, b] = clipped_volume(
+                near,
+                g.radius,
+                np.array([open_x[a], open_y[b]]),
+                np.array([open_x[a + 1], open_y[b + 1]]),
+            ).sum()
+    out = {
+        "x": x_faces,
+        "y": y_faces,
+        "mass": g.density * solid,
+        "void_ratio": cell_volume / np.maximum(solid, 1e-300) - 1,
+    }
 
     wall = shot.wall
     start = np.concatenate([shot.atoms["x"][shot.i], shot.atoms["x"][wall.grain]])

@@ -25,8 +25,12 @@ class Lifetimes:
         self._age = np.empty(0)  # [units]
         self._account = np.empty((0, 2))  # taken in by each contact so far: normal, tangential [J]
         self._held = np.empty((0, 2))  # of it: elastic [J]
-        self._ended_enduring = np.zeros(self.thresholds.size)  # by ended contacts older than each threshold [J]
-        self.heat_by_lifetime = np.zeros((EDGES.size + 1, 2))  # of ended contacts, per lifetime class [J]
+        self._ended_enduring = np.zeros(
+            self.thresholds.size
+        )  # by ended contacts older than each threshold [J]
+        self.heat_by_lifetime = np.zeros(
+            (EDGES.size + 1, 2)
+        )  # of ended contacts, per lifetime class [J]
         self.count_by_lifetime = np.zeros(EDGES.size + 1, dtype=np.int64)
 
     @staticmethod
@@ -40,7 +44,9 @@ class Lifetimes:
         self._key, self._age = key[order], np.full(key.size, np.inf)
         self._account, self._held = held[order].copy(), held[order]
 
-    def add(self, first: np.ndarray, second: np.ndarray, intake: np.ndarray, held: np.ndarray) -> None:
+    def add(
+        self, first: np.ndarray, second: np.ndarray, intake: np.ndarray, held: np.ndarray
+    ) -> None:
         """One sample: ids of the pairs in contact (n,), what each took in during the interval and holds (n, 2) [J]."""
         key = self._keys(first, second)
         order = np.argsort(key)
@@ -54,7 +60,12 @@ class Lifetimes:
             ended = np.ones(self._key.size, dtype=bool)
             ended[at[known]] = False
             self._book(self._age[ended], self._account[ended])
-        self._key, self._age, self._account, self._held = key, age + self.interval / self.unit, account, held[order]
+        self._key, self._age, self._account, self._held = (
+            key,
+            age + self.interval / self.unit,
+            account,
+            held[order],
+        )
 
     def _book(self, age: np.ndarray, heat: np.ndarray) -> None:
         self._ended_enduring += self._enduring(age, heat)

@@ -18,8 +18,16 @@ from .lifetimes import EDGES, MULTIPLES
 from .scene import TYPES
 
 # Powers of length, mass, time, current, temperature, amount, light, as openPMD wants them.
-DIMENSIONS = {"m": (1, 0, 0), "m/s": (1, 0, -1), "kg": (0, 1, 0), "m3": (3, 0, 0), "1/s": (0, 0, -1), "N": (1, 1, -2),
-              "W": (2, 1, -3), "-": (0, 0, 0)}
+DIMENSIONS = {
+    "m": (1, 0, 0),
+    "m/s": (1, 0, -1),
+    "kg": (0, 1, 0),
+    "m3": (3, 0, 0),
+    "1/s": (0, 0, -1),
+    "N": (1, 1, -2),
+    "W": (2, 1, -3),
+    "-": (0, 0, 0),
+}
 PACKED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 AXES = ("x", "y", "z")
 
@@ -29,13 +37,27 @@ class Result:
 
     def __init__(self, path: Path, attributes: dict):
         self.file = h5py.File(path, "w")
-        self.file.attrs.update({
-            "openPMD": "1.1.0", "openPMDextension": np.uint32(0), "basePath": "/data/%T/", "particlesPath": "particles/",
-            "meshesPath": "meshes/", "iterationEncoding": "groupBased", "iterationFormat": "/data/%T/",
-            "software": "grainpair", "softwareVersion": "0.1.0", "schema_version": 1, "engine": "dem",
-            "date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M:%S +0000"),
-            "machine": platform.node() or "unknown", "commit": commit(), **attributes,
-        })
+        self.file.attrs.update(
+            {
+                "openPMD": "1.1.0",
+                "openPMDextension": np.uint32(0),
+                "basePath": "/data/%T/",
+                "particlesPath": "particles/",
+                "meshesPath": "meshes/",
+                "iterationEncoding": "groupBased",
+                "iterationFormat": "/data/%T/",
+                "software": "grainpair",
+                "softwareVersion": "0.1.0",
+                "schema_version": 1,
+                "engine": "dem",
+                "date": datetime.datetime.now(datetime.timezone.utc).strftime(
+                    "%Y-%m-%d %H:%M:%S +0000"
+                ),
+                "machine": platform.node() or "unknown",
+                "commit": commit(),
+                **attributes,
+            }
+        )
 
     def frame(self, step: int, time: float, shot: Snapshot, contacts: bool) -> None:
         """All grains, and their contacts if asked, at one time."""
@@ -64,10 +86,19 @@ class Result:
             "first": (np.concatenate([ids[shot.i], ids[wall.grain]]), "-", np.int32),
             "second": (np.concatenate([ids[shot.j], wall.code]), "-", np.int32),
             "branch": (np.concatenate([shot.branch, wall.branch]), "m", np.float32),
-            "position": (np.concatenate([shot.atoms["x"][shot.i] - arm, shot.atoms["x"][wall.grain] - wall.branch]),
-                         "m", np.float32),
+            "position": (
+                np.concatenate(
+                    [shot.atoms["x"][shot.i] - arm, shot.atoms["x"][wall.grain] - wall.branch]
+                ),
+                "m",
+                np.float32,
+            ),
             "force": (np.concatenate([shot.force, wall.force]), "N", np.float32),
-            "dissipation": (np.concatenate([shot.power_normal + shot.power_tangential, wall.power]), "W", np.float32),
+            "dissipation": (
+                np.concatenate([shot.power_normal + shot.power_tangential, wall.power]),
+                "W",
+                np.float32,
+            ),
         }
         for name, (values, unit, kind) in columns.items():
             self._record(group, name, values, unit, kind)
@@ -79,8 +110,13 @@ class Result:
             parts = [record]
         else:
             record = parent.create_group(name)
-            parts = [record.create_dataset(axis, data=values[:, k].astype(kind), **PACKED) for k, axis in enumerate(AXES)]
-        record.attrs.update(unitDimension=np.array(DIMENSIONS[unit] + (0, 0, 0, 0), float), timeOffset=0.0)
+            parts = [
+                record.create_dataset(axis, data=values[:, k].astype(kind), **PACKED)
+                for k, axis in enumerate(AXES)
+            ]
+        record.attrs.update(
+            unitDimension=np.array(DIMENSIONS[unit] + (0, 0, 0, 0), float), timeOffset=0.0
+        )
         for part in parts:
             part.attrs.update(unitSI=1.0, unit=unit)
 
@@ -96,14 +132,33 @@ class Result:
         """The split of the dissipation by contact lifetime."""
         lifetimes = audit.lifetimes
         group = self.file.create_group("lifetime")
-        group.attrs.update(unit_time=lifetimes.unit, interval=lifetimes.interval,
-                           doc="lifetimes in binary contact times (unit_time [s]), resolved to the sampling interval [s]")
+        group.attrs.update(
+            unit_time=lifetimes.unit,
+            interval=lifetimes.interval,
+            doc="lifetimes in binary contact times (unit_time [s]), resolved to the sampling interval [s]",
+        )
         columns = {
-            "edges": (EDGES, "-", "faces of the lifetime classes; the first is below the first face, the last above the last"),
-            "dissipated_normal": (lifetimes.heat_by_lifetime[:, 0], "J", "by class, over the whole run"),
-            "dissipated_tangential": (lifetimes.heat_by_lifetime[:, 1], "J", "by class, over the whole run"),
+            "edges": (
+                EDGES,
+                "-",
+                "faces of the lifetime classes; the first is below the first face, the last above the last",
+            ),
+            "dissipated_normal": (
+                lifetimes.heat_by_lifetime[:, 0],
+                "J",
+                "by class, over the whole run",
+            ),
+            "dissipated_tangential": (
+                lifetimes.heat_by_lifetime[:, 1],
+                "J",
+                "by class, over the whole run",
+            ),
             "contacts": (lifetimes.count_by_lifetime, "-", "contacts of each class"),
-            "multiples": (MULTIPLES, "-", "multiples of dem.lifetime_threshold used as threshold below"),
+            "multiples": (
+                MULTIPLES,
+                "-",
+                "multiples of dem.lifetime_threshold used as threshold below",
+            ),
             "dissipated_enduring": (np.array(audit.enduring), "J", "row of /energy x threshold"),
         }
         for name, (values, unit, doc) in columns.items():
@@ -121,8 +176,15 @@ class Result:
 
 def commit() -> str:
     """Commit of the sources, `unknown` outside a clone; "-dirty" when one is changed, which results kept in cases/*/reference are not."""
+
     def git(*words):
-        return subprocess.run(["git", "-C", Path(__file__).resolve().parents[1], *words], capture_output=True, text=True, check=False)
+        return subprocess.run(
+            ["git", "-C", Path(__file__).resolve().parents[1], *words],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
     head = git("describe", "--always", "--abbrev=12")
     if head.returncode:
         return "unknown"

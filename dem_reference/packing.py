@@ -41,7 +41,10 @@ SETTLED, AT_REST = 1e-4, 1e-5  # mean kinetic energy of a grain [m g d]
 REFERENCE_DRAG = 4e-4  # [kg/s] of packing_damping = 1 for the reference grain
 REFERENCE_DIAMETER, REFERENCE_MASS = 2e-3, 2532 * np.pi / 6 * 2e-3**3
 FRICTION_RANGE = (0.0, 2.0)
-SLOPE, LONGEST_STEP = 0.05, 0.4  # d(void ratio)/d(mu_p), measured on columns of 25 d; limit of one move of mu_p
+SLOPE, LONGEST_STEP = (
+    0.05,
+    0.4,
+)  # d(void ratio)/d(mu_p), measured on columns of 25 d; limit of one move of mu_p
 PIECE = 500  # steps between looks at the kinetic energy
 
 
@@ -62,7 +65,12 @@ def squeeze(case: dict, grains: Grains) -> float:
     A contact of a packing under pressure p carries about f = p d^2, with which Hertz gives (f / (4/3 Y* sqrt(R*)))^(2/3).
     """
     geometry = case["geometry"]
-    pressure = grains.density / (1 + case["initial"]["void_ratio"]) * geometry["gravity"] * geometry["height"]
+    pressure = (
+        grains.density
+        / (1 + case["initial"]["void_ratio"])
+        * geometry["gravity"]
+        * geometry["height"]
+    )
     d = grains.diameter
     return (pressure * d**2 / (4 / 3 * grains.contact_modulus * sqrt(d / 4))) ** (2 / 3) / d
 
@@ -76,7 +84,9 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
     count = round(POUR_SURPLUS * nominal_count(case, grains))
     engine = Liggghts(folder / "log")
 
-    def rest(level: float, longest: float, dt: float, kept: int, text: str, span: tuple[float, float]) -> None:
+    def rest(
+        level: float, longest: float, dt: float, kept: int, text: str, span: tuple[float, float]
+    ) -> None:
         unit = kept * grains.mass * gravity * grains.diameter
         pieces = int(longest / dt / PIECE) + 1
         for piece in range(pieces):
@@ -84,21 +94,29 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
             if engine.scalar("kinetic") < level * unit and piece >= 3:
                 return
             report(span[0] + (span[1] - span[0]) * piece / pieces, text)
-        raise EngineError(f"packing: still moving after {longest:.3g} s of {text} (mean kinetic energy "
-                          f"{engine.scalar('kinetic') / unit:.1e} m g d) raise dem.packing_damping")
+        raise EngineError(
+            f"packing: still moving after {longest:.3g} s of {text} (mean kinetic energy "
+            f"{engine.scalar('kinetic') / unit:.1e} m g d) raise dem.packing_damping"
+        )
 
     softer = Grains.of(case, soft)
     swelling = 1 + (squeeze(case, softer) if soft < grains.young_modulus else 0.0)
-    pour, top = scene.pouring(case, replace(softer, diameter=swelling * grains.diameter), count, seed)
+    pour, top = scene.pouring(
+        case, replace(softer, diameter=swelling * grains.diameter), count, seed
+    )
     dt = fraction * softer.rayleigh_time()
-    engine.commands(scene.beginning(case, grains, scene.new_box(case, grains, top + grains.diameter), soft))
+    engine.commands(
+        scene.beginning(case, grains, scene.new_box(case, grains, top + grains.diameter), soft)
+    )
     engine.commands(scene.material(case, grains, soft, friction))
     engine.commands(scene.glued_atoms(case, grains, seed))
     engine.commands(scene.bodies(case, grains) + "\n" + scene.gate(case) + "\n" + pour)
     engine.commands(f"thermo {PIECE}\ntimestep {dt:.17g}\nrun 1\nunfix pouring")
     poured = int((engine.atoms()["type"] == scene.TYPES["grain"]).sum())
     if poured < count:
-        raise EngineError(f"packing: {poured} grains inserted of {count} asked (column too narrow for random insertion)")
+        raise EngineError(
+            f"packing: {poured} grains inserted of {count} asked (column too narrow for random insertion)"
+        )
     fall = sqrt(2 * top / gravity)
     terminal = grains.mass * gravity / max(drag(case, grains, damping), 1e-300)
     longest = 4 * (fall + top / terminal)
@@ -106,11 +124,15 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
     rest(SETTLED, longest, dt, poured, "settling", (0.0, 0.8))
 
     dt = fraction * grains.rayleigh_time()
-    engine.commands(f"set group mobile density {grains.density} diameter {grains.diameter:.17g}\ntimestep {dt:.17g}")
+    engine.commands(
+        f"set group mobile density {grains.density} diameter {grains.diameter:.17g}\ntimestep {dt:.17g}"
+    )
     engine.commands(scene.material(case, grains, grains.young_modulus, grains.friction))
     engine.commands(f"fix drag mobile viscous {drag(case, grains, 1.0):.17g}\nrun 0")
     rest(SETTLED, longest, dt, poured, "resting", (0.8, 0.95))
-    engine.commands(f"region surplus block INF INF {height:.17g} INF INF INF units box\ndelete_atoms region surplus compress no")
+    engine.commands(
+        f"region surplus block INF INF {height:.17g} INF INF INF units box\ndelete_atoms region surplus compress no"
+    )
     kept = int((engine.atoms()["type"] == scene.TYPES["grain"]).sum())
     engine.commands("unfix drag\nrun 0")
     rest(AT_REST, longest, dt, kept, "resting", (0.95, 1.0))
@@ -118,13 +140,21 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
         raise EngineError("packing: LIGGGHTS lost grains")
 
     atoms = engine.atoms()
-    shot = Snapshot(grains, atoms, engine.contacts(atoms["id"].max()), dt, gravity,
-                    geometry["thickness"] if case["walls"]["front_back"] == "periodic" else None,
-                    scene.planes(case, grains) + scene.closed_gate(case))
+    shot = Snapshot(
+        grains,
+        atoms,
+        engine.contacts(atoms["id"].max()),
+        dt,
+        gravity,
+        geometry["thickness"] if case["walls"]["front_back"] == "periodic" else None,
+        scene.planes(case, grains) + scene.closed_gate(case),
+    )
     engine.command(f"write_restart {folder / 'packing.restart'}")
     with h5py.File(folder / "packing.h5", "w") as file:
         describe(file, case, shot)
-        file.attrs.update(seed=seed, packing_friction=friction, packing_damping=damping, protocol=__doc__.strip())
+        file.attrs.update(
+            seed=seed, packing_friction=friction, packing_damping=damping, protocol=__doc__.strip()
+        )
 
 
 def describe(file: h5py.File, case: dict, shot: Snapshot) -> None:
@@ -157,9 +187,13 @@ def describe(file: h5py.File, case: dict, shot: Snapshot) -> None:
         file[f"profile_{name}"] = values
         file[f"profile_{name}"].attrs["unit"] = units.get(name, "Pa")
     y = state["y"]
-    file["profile_void_ratio_y"] = [void_ratio(x, grains.radius, (lower[0], a), (upper[0], b), width)
-                                    for a, b in zip(y[:-1], y[1:])]
-    file["profile_void_ratio_y"].attrs.update(unit="-", doc="void ratio of layers between the faces profile_y, 2.5 d away from the walls")
+    file["profile_void_ratio_y"] = [
+        void_ratio(x, grains.radius, (lower[0], a), (upper[0], b), width)
+        for a, b in zip(y[:-1], y[1:])
+    ]
+    file["profile_void_ratio_y"].attrs.update(
+        unit="-", doc="void ratio of layers between the faces profile_y, 2.5 d away from the walls"
+    )
 
 
 def fingerprint(case: dict, seed: int) -> str:
@@ -169,7 +203,10 @@ def fingerprint(case: dict, seed: int) -> str:
     keys["void_ratio"] = case["initial"]["void_ratio"]
     dem = case["dem"]
     keys["dem"] = {k: dem[k] for k in dem if k not in ("audit_interval", "lifetime_threshold")}
-    sources = [Path(__file__).with_name(n).read_bytes() for n in ("packing.py", "scene.py", "grains.py", "initial_state.py", "void_ratio.py")]
+    sources = [
+        Path(__file__).with_name(n).read_bytes()
+        for n in ("packing.py", "scene.py", "grains.py", "initial_state.py", "void_ratio.py")
+    ]
     sources += [path.read_bytes() for path in sorted(scene.SCRIPTS.glob("*.in"))]
     text = json.dumps([keys, seed], sort_keys=True).encode()
     return hashlib.sha256(b"".join([text, *sources])).hexdigest()[:16]
@@ -185,7 +222,12 @@ def next_try(friction: float, damping: float, found: float, asked: float) -> tup
 
 def obtain(case: dict, seed: int, store: Path, report) -> Path:
     """Folder of the case's packing (packing.restart, packing.h5) in `store`, made unless it is there already."""
-    time_step(Grains.of(case), case["dem"]["time_step_fraction"], case["geometry"]["height"], case["geometry"]["gravity"])
+    time_step(
+        Grains.of(case),
+        case["dem"]["time_step_fraction"],
+        case["geometry"]["height"],
+        case["geometry"]["gravity"],
+    )
     target = store / fingerprint(case, seed)
     if target.is_dir():
         report(1.0, "packing found")
@@ -199,8 +241,12 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
         for attempt in range(dem["packing_attempts"]):
             folder = work / str(attempt)
             folder.mkdir()
-            share = lambda done, text, k=attempt: report((k + done) / (k + 1), f"packing {k + 1}: {text}")
-            cpu += run_engine(prepare, (dict_of(case), seed, friction, damping, folder), folder / "log", share)
+            share = lambda done, text, k=attempt: report(
+                (k + done) / (k + 1), f"packing {k + 1}: {text}"
+            )
+            cpu += run_engine(
+                prepare, (dict_of(case), seed, friction, damping, folder), folder / "log", share
+            )
             with h5py.File(folder / "packing.h5") as file:
                 found = float(file.attrs["void_ratio"])
             tried.append((friction, damping, found))
@@ -212,7 +258,9 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
         kept = work / str(best)
         with h5py.File(kept / "packing.h5", "a") as file:
             file["attempts"] = np.array(tried)
-            file["attempts"].attrs.update(unit="-", doc="pouring friction, damping, void ratio of each attempt")
+            file["attempts"].attrs.update(
+                unit="-", doc="pouring friction, damping, void ratio of each attempt"
+            )
             file.attrs.update(cpu_seconds=cpu, engine_version=engine_version(kept / "log"))
         try:
             os.rename(kept, target)
@@ -226,7 +274,10 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
 
 def dict_of(case) -> dict:
     """The plain tables of a case, which travel to another process."""
-    return {name: dict(case[name]) for name in ("geometry", "grains", "initial", "walls", "dem", "time", "output")}
+    return {
+        name: dict(case[name])
+        for name in ("geometry", "grains", "initial", "walls", "dem", "time", "output")
+    }
 
 
 def engine_version(log: Path) -> str:

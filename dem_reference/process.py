@@ -10,7 +10,6 @@ from pathlib import Path
 from compare.errors import CaseError, EngineError
 
 
-
 def _child(pipe, work: Callable, arguments: tuple, errors: Path) -> None:
     handle = os.open(errors, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(handle, 1)  # MPI's and the engine's own words
@@ -26,7 +25,9 @@ def _child(pipe, work: Callable, arguments: tuple, errors: Path) -> None:
     os._exit(0)  # without MPI's farewell
 
 
-def run_engine(work: Callable, arguments: tuple, log: Path, report: Callable[[float, str], None]) -> float:
+def run_engine(
+    work: Callable, arguments: tuple, log: Path, report: Callable[[float, str], None]
+) -> float:
     """Calls work(*arguments, report) in a child process; returns its CPU seconds.
 
     Raises what the child raised; EngineError with the last error line of `log` when the engine took the child down.
@@ -66,5 +67,7 @@ def last_error(log: Path, errors: Path) -> str:
     for path in (errors, log):
         if path.exists():
             lines += path.read_text(errors="replace").splitlines()
-    said = [line.strip() for line in lines if "ERROR" in line] or [line.strip() for line in lines if line.strip()]
+    said = [line.strip() for line in lines if "ERROR" in line] or [
+        line.strip() for line in lines if line.strip()
+    ]
     return "".join(c for c in said[-1] if c.isprintable()) if said else "it said nothing"

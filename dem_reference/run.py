@@ -45,7 +45,16 @@ class Progress:
             print(f"progress {self._done:.4f} {text}", flush=True)
 
 
-def run(case: Case, output: Path, seed: int, store: Path, progress: Progress, command: str, script: bool, ranks: int) -> None:
+def run(
+    case: Case,
+    output: Path,
+    seed: int,
+    store: Path,
+    progress: Progress,
+    command: str,
+    script: bool,
+    ranks: int,
+) -> None:
     """Packing, collapse and result file; the file appears complete or not at all."""
     tables = packing.dict_of(case)
     refuse(tables)
@@ -55,8 +64,14 @@ def run(case: Case, output: Path, seed: int, store: Path, progress: Progress, co
     try:
         with h5py.File(settled / "packing.h5") as made:
             version = made.attrs["engine_version"]
-        attributes = {"seed": seed, "case": case.text, "case_resolved": case.resolved, "command": command, "threads": ranks,
-                      "engine_version": version}
+        attributes = {
+            "seed": seed,
+            "case": case.text,
+            "case_resolved": case.resolved,
+            "command": command,
+            "threads": ranks,
+            "engine_version": version,
+        }
         log, target = work / "log", work / output.name
         report = progress.part(PACKING_SHARE, 0.99)
         if script or ranks > 1:
@@ -74,35 +89,72 @@ def refuse(case: dict) -> None:
     geometry, d = case["geometry"], Grains.of(case).diameter
     axisymmetric = geometry["dimension"] == "axisymmetric"
     if axisymmetric and case["walls"]["left"] != "smooth":
-        raise CaseError("walls.left: an axisymmetric column has no left wall, but an axis (smooth only)")
+        raise CaseError(
+            "walls.left: an axisymmetric column has no left wall, but an axis (smooth only)"
+        )
     if axisymmetric and case["walls"]["gate"] == "lifted":
         raise CaseError("walls.gate: a cylindrical gate can only vanish (instantaneous only)")
     # A quarter of a cylinder has no thickness; its bulk box lies 2.5 d from everything.
-    for name, least in (("length", 9), ("height", 6)) if axisymmetric else (("thickness", 2), ("length", 4), ("height", 4)):
+    for name, least in (
+        (("length", 9), ("height", 6))
+        if axisymmetric
+        else (("thickness", 2), ("length", 4), ("height", 4))
+    ):
         if geometry[name] < least * d:
-            raise CaseError(f"geometry.{name}: {geometry[name]:g} m is less than {least} grain diameters of {d:g} m "
-                            "(grains would meet their own images, or nothing could be poured)")
+            raise CaseError(
+                f"geometry.{name}: {geometry[name]:g} m is less than {least} grain diameters of {d:g} m "
+                "(grains would meet their own images, or nothing could be poured)"
+            )
 
 
 def main(words: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="dem_reference.run", description=__doc__.split("\n")[0])
     parser.add_argument("case", metavar="CASE", help="case file, or a folder that holds case.toml")
     parser.add_argument("-o", "--output", type=Path, required=True, help="result file (HDF5)")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override a key of the case")
-    parser.add_argument("--seed", type=int, default=1, help="of base, packing and all random numbers (default 1)")
-    parser.add_argument("--packings", type=Path, default=STORE, help="folder that keeps settled packings for reuse")
-    parser.add_argument("--driver", choices=["library", "script"], default="library",
-                        help="drive LIGGGHTS as a library, which splits the dissipation, or by a plain script")
-    parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of the collapse; more than one takes the script")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="override a key of the case"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=1, help="of base, packing and all random numbers (default 1)"
+    )
+    parser.add_argument(
+        "--packings", type=Path, default=STORE, help="folder that keeps settled packings for reuse"
+    )
+    parser.add_argument(
+        "--driver",
+        choices=["library", "script"],
+        default="library",
+        help="drive LIGGGHTS as a library, which splits the dissipation, or by a plain script",
+    )
+    parser.add_argument(
+        "--ranks",
+        type=int,
+        default=1,
+        help="MPI ranks of the collapse; more than one takes the script",
+    )
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
-    parser.add_argument("--progress", action="store_true", help="print `progress <fraction> <text>` lines")
+    parser.add_argument(
+        "--progress", action="store_true", help="print `progress <fraction> <text>` lines"
+    )
     options = parser.parse_args(words)
-    command = " ".join(["python3 -m dem_reference.run", *(sys.argv[1:] if words is None else words)])
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # so that everything is cleaned up
+    command = " ".join(
+        ["python3 -m dem_reference.run", *(sys.argv[1:] if words is None else words)]
+    )
+    signal.signal(
+        signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM)
+    )  # so that everything is cleaned up
     try:
         options.output.parent.mkdir(parents=True, exist_ok=True)
-        run(load(options.case, options.set), options.output, options.seed, options.packings, Progress(options.progress),
-            command, options.driver == "script", options.ranks)
+        run(
+            load(options.case, options.set),
+            options.output,
+            options.seed,
+            options.packings,
+            Progress(options.progress),
+            command,
+            options.driver == "script",
+            options.ranks,
+        )
     except (CaseError, OSError) as error:
         print(error, file=sys.stderr)
         return 2

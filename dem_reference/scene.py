@@ -91,7 +91,10 @@ class Plane:
 def planes(case: dict, grains: Grains) -> list[Plane]:
     """The walls that stay, so without the gate."""
     walls = case["walls"]
-    out = [Plane(-1, 0, 0.0, walls["left_friction"]), Plane(-3, 1, floor_height(case, grains), walls["base_friction"])]
+    out = [
+        Plane(-1, 0, 0.0, walls["left_friction"]),
+        Plane(-3, 1, floor_height(case, grains), walls["base_friction"]),
+    ]
     if walls["front_back"] == "smooth":
         out += [Plane(-4, 2, 0.0)] + [Plane(-5, 2, width(case))] * (not axisymmetric(case))
     return out
@@ -114,36 +117,53 @@ def material(case: dict, grains: Grains, young_modulus: float, friction: float) 
         young=" ".join([f"{young_modulus:.17g}"] * 5),
         poisson=" ".join([f"{grains.poisson_ratio:.17g}"] * 5),
         restitution=pair_table(grains.restitution),
-        friction=pair_table(0.0, grain_grain=friction, grain_glued=friction, grain_base=walls["base_friction"],
-                            grain_left=walls["left_friction"]),
+        friction=pair_table(
+            0.0,
+            grain_grain=friction,
+            grain_glued=friction,
+            grain_base=walls["base_friction"],
+            grain_left=walls["left_friction"],
+        ),
     )
 
 
 def hardness(*young_moduli: float) -> str:
     """The command that lifts LIGGGHTS' bounds on the Young modulus, where one lies outside."""
     lower, upper = PLAIN_YOUNG_MODULUS
-    return "\n".join(["soft_particles yes"] * any(e < lower for e in young_moduli)
-                     + ["hard_particles yes"] * any(e > upper for e in young_moduli))
+    return "\n".join(
+        ["soft_particles yes"] * any(e < lower for e in young_moduli)
+        + ["hard_particles yes"] * any(e > upper for e in young_moduli)
+    )
 
 
 def beginning(case: dict, grains: Grains, start: str, *young_moduli: float) -> str:
     """Units, box (from `start`: a create_box or a read_restart) and contact law."""
     periodic = case["walls"]["front_back"] == "periodic"
-    return render("scene", front_back="p" if periodic else "m", hardness=hardness(*young_moduli), start=start,
-                  skin=CELL_SKIN * grains.diameter)
+    return render(
+        "scene",
+        front_back="p" if periodic else "m",
+        hardness=hardness(*young_moduli),
+        start=start,
+        skin=CELL_SKIN * grains.diameter,
+    )
 
 
 def new_box(case: dict, grains: Grains, top: float) -> str:
     """Box of the whole scene up to `top` [m]; its faces grow with the grains except the periodic ones."""
     d, geometry = grains.diameter, case["geometry"]
     edge = 0.0 if case["walls"]["front_back"] == "periodic" else d
-    return (f"region domain block {-d} {geometry['floor_length'] + d} {-(SAFETY_FLOOR + 1) * d} {top} "
-            f"{-edge} {width(case) + edge} units box\ncreate_box 5 domain")
+    return (
+        f"region domain block {-d} {geometry['floor_length'] + d} {-(SAFETY_FLOOR + 1) * d} {top} "
+        f"{-edge} {width(case) + edge} units box\ncreate_box 5 domain"
+    )
 
 
 def glued_atoms(case: dict, grains: Grains, seed: int) -> str:
     """Commands that create the base and name the two groups; new grains of the insertion join `mobile`."""
-    lines = [f"create_atoms 3 single {x:.17g} {y:.17g} {z:.17g} units box" for x, y, z in glued_base(case, grains, seed)]
+    lines = [
+        f"create_atoms 3 single {x:.17g} {y:.17g} {z:.17g} units box"
+        for x, y, z in glued_base(case, grains, seed)
+    ]
     if lines:
         lines.append(f"set type 3 density {grains.density} diameter {grains.diameter}")
     return "\n".join(["group mobile type 1", *lines, "group base type 3"])
@@ -153,7 +173,9 @@ def bodies(case: dict, grains: Grains) -> str:
     """Gravity, walls, integration and the computes."""
     walls = case["walls"]
     wall = "fix {0} mobile wall/gran model hertz tangential history primitive type 2 zplane {1}"
-    both = [wall.format("front", 0.0)] + [wall.format("back", width(case))] * (not axisymmetric(case))
+    both = [wall.format("front", 0.0)] + [wall.format("back", width(case))] * (
+        not axisymmetric(case)
+    )
     return render(
         "bodies",
         gravity=case["geometry"]["gravity"],
@@ -167,23 +189,40 @@ def bodies(case: dict, grains: Grains) -> str:
 def gate(case: dict) -> str:
     """The closed gate: a smooth plane at x = L0, or a cylinder of radius R0 = L0 about the y axis."""
     shape = "ycylinder {:.17g} 0 0" if axisymmetric(case) else "xplane {:.17g}"
-    return "fix gate mobile wall/gran model hertz tangential history primitive type 2 " + shape.format(case["geometry"]["length"])
+    return (
+        "fix gate mobile wall/gran model hertz tangential history primitive type 2 "
+        + shape.format(case["geometry"]["length"])
+    )
 
 
 def pouring(case: dict, grains: Grains, count: int, seed: int) -> tuple[str, float]:
     """Commands that place `count` grains at random above the base, and the height they reach [m]."""
     r, geometry = grains.radius, case["geometry"]
     inset = 0.0 if case["walls"]["front_back"] == "periodic" else r
-    right, back = geometry["length"] - r, (geometry["length"] - r if axisymmetric(case) else width(case) - inset)
+    right, back = geometry["length"] - r, (
+        geometry["length"] - r if axisymmetric(case) else width(case) - inset
+    )
     length = geometry["length"] - 2 * r
     area = np.pi / 4 * length**2 if axisymmetric(case) else length * (width(case) - 2 * inset)
     top = grains.diameter + count * grains.volume / (POURING_SOLID_FRACTION * area)
     box = f"block {r} {right} {r} {top} {inset} {back} units box"
-    region = (f"region box {box}\nregion cylinder cylinder y 0 0 {right} {r} {top} units box\n"
-              "region pouring intersect 2 box cylinder" if axisymmetric(case) else f"region pouring {box}")
+    region = (
+        f"region box {box}\nregion cylinder cylinder y 0 0 {right} {r} {top} units box\n"
+        "region pouring intersect 2 box cylinder"
+        if axisymmetric(case)
+        else f"region pouring {box}"
+    )
     seeds = prime_seeds(seed, 3)
-    text = render("pour", region=region, template_seed=seeds[0], mixture_seed=seeds[1], pouring_seed=seeds[2],
-                  density=grains.density, radius=r, grains=count)
+    text = render(
+        "pour",
+        region=region,
+        template_seed=seeds[0],
+        mixture_seed=seeds[1],
+        pouring_seed=seeds[2],
+        density=grains.density,
+        radius=r,
+        grains=count,
+    )
     return text, top
 
 
@@ -205,17 +244,25 @@ def lifted_gate(case: dict, grains: Grains, stl: Path) -> str:
     shaped: so the strip from y = 0 to two diameters above the column is cut into near-squares of two triangles each.
     """
     geometry = case["geometry"]
-    x, top, width = geometry["length"], geometry["height"] + 2 * grains.diameter, geometry["thickness"]
+    x, top, width = (
+        geometry["length"],
+        geometry["height"] + 2 * grains.diameter,
+        geometry["thickness"],
+    )
     y = np.linspace(0, top, max(1, round(top / width)) + 1)
-    facets = [((a, 0), (b, 0), (b, width)) for a, b in zip(y, y[1:])] + [((a, 0), (b, width), (a, width)) for a, b in zip(y, y[1:])]
+    facets = [((a, 0), (b, 0), (b, width)) for a, b in zip(y, y[1:])] + [
+        ((a, 0), (b, width), (a, width)) for a, b in zip(y, y[1:])
+    ]
     lines = ["solid gate"]
     for facet in facets:
         vertices = "\n".join(f"vertex {x:.17g} {a:.17g} {b:.17g}" for a, b in facet)
         lines.append(f"facet normal 1 0 0\nouter loop\n{vertices}\nendloop\nendfacet")
     stl.write_text("\n".join([*lines, "endsolid gate", ""]))
-    return (f"fix plate all mesh/surface file {stl} type {TYPES['smooth']}\n"
-            "fix gate mobile wall/gran model hertz tangential history mesh n_meshes 1 meshes plate\n"
-            f"fix rise all move/mesh mesh plate linear 0 {case['walls']['gate_speed']:.17g} 0")
+    return (
+        f"fix plate all mesh/surface file {stl} type {TYPES['smooth']}\n"
+        "fix gate mobile wall/gran model hertz tangential history mesh n_meshes 1 meshes plate\n"
+        f"fix rise all move/mesh mesh plate linear 0 {case['walls']['gate_speed']:.17g} 0"
+    )
 
 
 REMOVE_LIFTED_GATE = "unfix rise\nunfix gate\nunfix plate"

@@ -34,57 +34,105 @@ def script(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) ->
     """The whole input: release, dumps, and a loop over frames that stops at rest."""
     dumps = scene.render("dumps", atoms=ATOMS, frame=plan.frame)
     begin = release(case, grains, plan, packing, work).removesuffix("run 0")
-    loop = scene.render("loop", frame=plan.frame, frames=plan.last // plan.frame, scale=plan.scale,
-                        rest=case["time"]["rest_kinetic_energy"])
+    loop = scene.render(
+        "loop",
+        frame=plan.frame,
+        frames=plan.last // plan.frame,
+        scale=plan.scale,
+        rest=case["time"]["rest_kinetic_energy"],
+    )
     return "\n".join([begin, dumps, "run 0", loop])
 
 
 def command(ranks: int) -> list[str]:
     """The engine, under MPI for more than one rank; EngineError when it is not installed."""
     if not shutil.which(PROGRAM):
-        raise EngineError(f"LIGGGHTS: no program '{PROGRAM}' (not installed) install the package liggghts")
+        raise EngineError(
+            f"LIGGGHTS: no program '{PROGRAM}' (not installed) install the package liggghts"
+        )
     line = ["stdbuf", "-oL", PROGRAM]  # error lines are lost from a buffered stream
     if ranks > 1:
-        mpirun = ["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-np", str(ranks)]
+        mpirun = [
+            "mpirun",
+            "--oversubscribe",
+            "--bind-to",
+            "none",
+            "--mca",
+            "mpi_yield_when_idle",
+            "1",
+            "-np",
+            str(ranks),
+        ]
         return mpirun + ["--allow-run-as-root"] * (os.geteuid() == 0) + line
     return line
 
 
-def collapse_by_script(case: dict, packing: Path, log: Path, target: Path, attributes: dict, ranks: int, report) -> None:
+def collapse_by_script(
+    case: dict, packing: Path, log: Path, target: Path, attributes: dict, ranks: int, report
+) -> None:
     """As collapse.collapse, through a script in a process of its own."""
     began = time.monotonic(), sum(os.times()[2:4])
     if case["walls"]["gate"] == "lifted":
-        raise CaseError("walls.gate: a script cannot lift the gate (it has to be removed at the right moment) use the library")
+        raise CaseError(
+            "walls.gate: a script cannot lift the gate (it has to be removed at the right moment) use the library"
+        )
     grains, plan, work = Grains.of(case), Plan.of(case), log.parent
     (work / "collapse.in").write_text(script(case, grains, plan, packing, work))
     screen = work / "screen"
     with screen.open("w") as out:
-        engine = subprocess.Popen([*command(ranks), "-in", "collapse.in", "-log", log.name], cwd=work, stdout=out, stderr=out)
+        engine = subprocess.Popen(
+            [*command(ranks), "-in", "collapse.in", "-log", log.name],
+            cwd=work,
+            stdout=out,
+            stderr=out,
+        )
         while engine.poll() is None:
             report(len(list(work.glob("atoms.*.bin"))) * plan.frame / plan.last, "collapse")
             time.sleep(0.2)
     if engine.returncode:
-        raise EngineError(f"LIGGGHTS: stopped with code {engine.returncode} ({last_error(log, screen)})")
+        raise EngineError(
+            f"LIGGGHTS: stopped with code {engine.returncode} ({last_error(log, screen)})"
+        )
     history = thermo(log)
     steps = sorted(int(path.name.split(".")[1]) for path in work.glob("atoms.*.bin"))
     result = Result(target, attributes)
     elastic, fluctuation, walls = [], [], scene.planes(case, grains)
     thickness = case["geometry"]["thickness"] if case["walls"]["front_back"] == "periodic" else None
     for step in steps:
-        shot = Snapshot(grains, read_atoms(work / f"atoms.{step}.bin"), read_contacts(work / f"pairs.{step}"), plan.dt,
-                        case["geometry"]["gravity"], thickness, walls, scene.axisymmetric(case))
+        shot = Snapshot(
+            grains,
+            read_atoms(work / f"atoms.{step}.bin"),
+            read_contacts(work / f"pairs.{step}"),
+            plan.dt,
+            case["geometry"]["gravity"],
+            thickness,
+            walls,
+            scene.axisymmetric(case),
+        )
         result.frame(step, step * plan.dt, shot, case["output"]["contacts"])
         elastic.append(shot.elastic)
         fluctuation.append(fluctuation_energy(shot))
-    rows = {name: history[:, k] for k, name in ((3, "kinetic"), (4, "rotational"), (5, "potential"))}
+    rows = {
+        name: history[:, k] for k, name in ((3, "kinetic"), (4, "rotational"), (5, "potential"))
+    }
     rows["time"] = history[:, 0] * plan.dt
     rows["elastic"] = np.interp(history[:, 0], steps, elastic)
     rows["fluctuation"] = np.interp(history[:, 0], steps, fluctuation)
     rows["time_step"] = np.full(len(history), plan.dt)
     result.history(without_split(rows))
     reason = "rest" if steps[-1] < plan.last else "maximum"
-    finish(result, packing, case, shot, plan, reason, steps[-1], 0.0, sum(os.times()[2:4]) - began[1],
-           time.monotonic() - began[0])
+    finish(
+        result,
+        packing,
+        case,
+        shot,
+        plan,
+        reason,
+        steps[-1],
+        0.0,
+        sum(os.times()[2:4]) - began[1],
+        time.monotonic() - began[0],
+    )
 
 
 def thermo(log: Path) -> np.ndarray:
@@ -113,7 +161,10 @@ def read_atoms(path: Path) -> dict[str, np.ndarray]:
         values.append(np.frombuffer(data, np.float64, count, offset + 4))
         offset += 4 + 8 * count
     table = np.concatenate(values).reshape(-1, columns)
-    atoms = {name: table[:, 2 + 3 * k:5 + 3 * k].copy() for k, name in enumerate(("x", "v", "f", "omega", "torque"))}
+    atoms = {
+        name: table[:, 2 + 3 * k : 5 + 3 * k].copy()
+        for k, name in enumerate(("x", "v", "f", "omega", "torque"))
+    }
     return atoms | {"id": table[:, 0].astype(np.int64), "type": table[:, 1].astype(np.int64)}
 
 

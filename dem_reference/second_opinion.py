@@ -27,8 +27,16 @@ from .grains import Grains
 from .packing import drag
 from .summary import scalars
 
-COMPARED = ("run_out", "run_out_99", "height_at_wall", "kinetic_energy_peak", "kinetic_energy_peak_time", "released",
-            "rotational_peak", "kinetic_energy_end")
+COMPARED = (
+    "run_out",
+    "run_out_99",
+    "height_at_wall",
+    "kinetic_energy_peak",
+    "kinetic_energy_peak_time",
+    "released",
+    "rotational_peak",
+    "kinetic_energy_end",
+)
 SETTLING = 0.5  # time with the gate closed [sqrt(H/g)]
 
 
@@ -41,21 +49,45 @@ def input_files(path: Path, folder: Path) -> tuple[str, dict]:
         x = np.column_stack([cloud[f"position/{axis}"][()] for axis in "xyz"])
         steps = int(file.attrs["steps"])
     grains, plan, geometry = Grains.of(case), Plan.of(case), case["geometry"]
-    if case["walls"]["front_back"] != "periodic" or case["walls"]["base"] != "glued" or case["walls"]["left"] != "smooth":
-        raise EngineError("second_opinion: only periodic sides, a glued base and a smooth left wall are set up in LAMMPS")
+    if (
+        case["walls"]["front_back"] != "periodic"
+        or case["walls"]["base"] != "glued"
+        or case["walls"]["left"] != "smooth"
+    ):
+        raise EngineError(
+            "second_opinion: only periodic sides, a glued base and a smooth left wall are set up in LAMMPS"
+        )
     d = grains.diameter
-    bounds = ((-d, geometry["floor_length"] + d), (-(scene.SAFETY_FLOOR + 1) * d, geometry["height"] + 2 * d), (0, geometry["thickness"]))
+    bounds = (
+        (-d, geometry["floor_length"] + d),
+        (-(scene.SAFETY_FLOOR + 1) * d, geometry["height"] + 2 * d),
+        (0, geometry["thickness"]),
+    )
     lines = ["grains", "", f"{len(x)} atoms", "2 atom types", ""]
     lines += [f"{low} {high} {axis}lo {axis}hi" for (low, high), axis in zip(bounds, "xyz")]
     lines += ["", "Atoms # sphere", ""]
-    lines += [f"{k + 1} {1 if kind[k] == 1 else 2} {d} {grains.density} {a:.17g} {b:.17g} {c % geometry['thickness']:.17g}"
-              for k, (a, b, c) in enumerate(x)]
+    lines += [
+        f"{k + 1} {1 if kind[k] == 1 else 2} {d} {grains.density} {a:.17g} {b:.17g} {c % geometry['thickness']:.17g}"
+        for k, (a, b, c) in enumerate(x)
+    ]
     (folder / "grains.data").write_text("\n".join(lines) + "\n")
     text = scene.render(
-        "second_opinion", data="grains.data", skin=scene.CELL_SKIN * d, young=grains.young_modulus,
-        restitution=f"{lammps.restitution_to_enter(grains.restitution):.12g}", poisson=grains.poisson_ratio, friction=grains.friction,
-        dt=f"{plan.dt:.17g}", gravity=geometry["gravity"], floor=scene.floor_height(case, grains), gate=geometry["length"],
-        drag=drag(case, grains, 1.0), settle=round(SETTLING * plan.scale / plan.dt), row=plan.row, steps=steps)
+        "second_opinion",
+        data="grains.data",
+        skin=scene.CELL_SKIN * d,
+        young=grains.young_modulus,
+        restitution=f"{lammps.restitution_to_enter(grains.restitution):.12g}",
+        poisson=grains.poisson_ratio,
+        friction=grains.friction,
+        dt=f"{plan.dt:.17g}",
+        gravity=geometry["gravity"],
+        floor=scene.floor_height(case, grains),
+        gate=geometry["length"],
+        drag=drag(case, grains, 1.0),
+        settle=round(SETTLING * plan.scale / plan.dt),
+        row=plan.row,
+        steps=steps,
+    )
     return text, case
 
 
@@ -70,10 +102,16 @@ def collapse(path: Path) -> dict[str, float]:
     plan, geometry, d = Plan.of(case), case["geometry"], Grains.of(case).diameter
     step, kinetic, rotational, potential = history[:, 0], *history[:, 3:].T
     peak, released, ordered = kinetic.argmax(), potential[0] - potential[-1], np.sort(x)
-    values = (ordered[int(np.ceil(0.995 * x.size)) - 1] / geometry["length"] - 1,
-              ordered[int(np.ceil(0.99 * x.size)) - 1] / geometry["length"] - 1,
-              (y[x < 1.5 * d].max() + d / 2) / geometry["height"], kinetic[peak] / potential[0], step[peak] * plan.dt / plan.scale,
-              released, rotational.max() / released, kinetic[-1] / kinetic[peak])
+    values = (
+        ordered[int(np.ceil(0.995 * x.size)) - 1] / geometry["length"] - 1,
+        ordered[int(np.ceil(0.99 * x.size)) - 1] / geometry["length"] - 1,
+        (y[x < 1.5 * d].max() + d / 2) / geometry["height"],
+        kinetic[peak] / potential[0],
+        step[peak] * plan.dt / plan.scale,
+        released,
+        rotational.max() / released,
+        kinetic[-1] / kinetic[peak],
+    )
     return dict(zip(COMPARED, map(float, values)))
 
 
@@ -81,28 +119,42 @@ def thermo(log: Path) -> np.ndarray:
     """Rows of the log's last thermo table: step, time, atoms, kinetic, rotational, potential."""
     tables = log.read_text(errors="replace").split("Step Time Atoms")
     lines = tables[-1].splitlines()[1:]
-    rows = [line.split() for line in lines[: next(k for k, line in enumerate(lines) if line.startswith("Loop time"))]]
+    rows = [
+        line.split()
+        for line in lines[: next(k for k, line in enumerate(lines) if line.startswith("Loop time"))]
+    ]
     return np.array([[float(word) for word in row] for row in rows if row and row[0].isdigit()])
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="dem_reference.second_opinion", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="dem_reference.second_opinion", description=__doc__.split("\n")[0]
+    )
     parser.add_argument("runs", nargs="+", type=Path, metavar="DEM.h5")
-    parser.add_argument("-o", "--output", type=Path, help="table (CSV) with a row per run and engine")
+    parser.add_argument(
+        "-o", "--output", type=Path, help="table (CSV) with a row per run and engine"
+    )
     options = parser.parse_args()
     rows = []
     try:
         for run in options.runs:
             ours = scalars(run)
-            rows.append({"seed": ours["seed"], "engine": "liggghts"} | {name: ours[name] for name in COMPARED})
+            rows.append(
+                {"seed": ours["seed"], "engine": "liggghts"}
+                | {name: ours[name] for name in COMPARED}
+            )
             rows.append({"seed": ours["seed"], "engine": "lammps"} | collapse(run))
     except EngineError as error:
         print(error, file=sys.stderr)
         return 3
     table = pd.DataFrame(rows)
     if options.output:
-        save(table, options.output, " ".join(["python3 -m dem_reference.second_opinion", *sys.argv[1:]]),
-             "units as in ensemble.csv; LAMMPS starts from the same settled positions")
+        save(
+            table,
+            options.output,
+            " ".join(["python3 -m dem_reference.second_opinion", *sys.argv[1:]]),
+            "units as in ensemble.csv; LAMMPS starts from the same settled positions",
+        )
     means = table.groupby("engine")[list(COMPARED)].agg(["mean", "std"])
     print(means.T.unstack().to_string(float_format=lambda value: f"{value:.4g}"))
     return 0

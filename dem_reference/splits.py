@@ -34,18 +34,36 @@ def shares(path: Path) -> pd.DataFrame:
     """
     with h5py.File(path) as file:
         if "lifetime" not in file:
-            raise CaseError(f"{path}: no split of the dissipation (dem.audit_interval = 0, or a plain script)")
+            raise CaseError(
+                f"{path}: no split of the dissipation (dem.audit_interval = 0, or a plain script)"
+            )
         threshold = parse(file.attrs["case_resolved"]).values["dem"]["lifetime_threshold"]
         energy = {name: values[()] for name, values in file["energy"].items()}
-        enduring, multiples = file["lifetime/dissipated_enduring"][()], file["lifetime/multiples"][()]
-        youngest = file["lifetime"].attrs["interval"] / file["lifetime"].attrs["unit_time"]  # [contact times]
+        enduring, multiples = (
+            file["lifetime/dissipated_enduring"][()],
+            file["lifetime/multiples"][()],
+        )
+        youngest = (
+            file["lifetime"].attrs["interval"] / file["lifetime"].attrs["unit_time"]
+        )  # [contact times]
         time = energy["time"] / file.attrs["time_scale"]
     released = energy["potential"][0] - energy["potential"][-1]
     contacts = energy["dissipated_normal"] + energy["dissipated_tangential"]
-    parts = {"normal": energy["dissipated_normal"], "tangential": energy["dissipated_tangential"], "total": energy["dissipated"]}
-    parts |= {f"short_{threshold * m:g}": contacts - enduring[:, k] for k, m in enumerate(multiples) if threshold * m >= youngest}
+    parts = {
+        "normal": energy["dissipated_normal"],
+        "tangential": energy["dissipated_tangential"],
+        "total": energy["dissipated"],
+    }
+    parts |= {
+        f"short_{threshold * m:g}": contacts - enduring[:, k]
+        for k, m in enumerate(multiples)
+        if threshold * m >= youngest
+    }
     at = np.arange(0, time[-1] + 1e-9, STEP)
-    return pd.DataFrame({"time": at} | {name: np.interp(at, time, values / released) for name, values in parts.items()})
+    return pd.DataFrame(
+        {"time": at}
+        | {name: np.interp(at, time, values / released) for name, values in parts.items()}
+    )
 
 
 def table(paths: list[Path]) -> pd.DataFrame:
@@ -61,15 +79,26 @@ def table(paths: list[Path]) -> pd.DataFrame:
 
 
 def draw(found: pd.DataFrame):
-    thresholds = [name for name in found if name.startswith("short_") and not name.endswith("deviation")]
+    thresholds = [
+        name for name in found if name.startswith("short_") and not name.endswith("deviation")
+    ]
     with plt.rc_context(STYLE):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 3.8), sharey=True, layout="constrained")
+        figure, (left, right) = plt.subplots(
+            1, 2, figsize=(9.5, 3.8), sharey=True, layout="constrained"
+        )
 
         def line(axes, name, label, colour, **style):
             axes.plot(found["time"], found[name], color=colour, label=label, **style)
             if f"{name}_deviation" in found:
                 spread = found[f"{name}_deviation"]
-                axes.fill_between(found["time"], found[name] - spread, found[name] + spread, color=colour, alpha=0.2, lw=0)
+                axes.fill_between(
+                    found["time"],
+                    found[name] - spread,
+                    found[name] + spread,
+                    color=colour,
+                    alpha=0.2,
+                    lw=0,
+                )
 
         for axes in (left, right):
             line(axes, "total", "all", "0.5", ls="--")
@@ -87,7 +116,9 @@ def draw(found: pd.DataFrame):
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="dem_reference.splits", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="dem_reference.splits", description=__doc__.split("\n")[0]
+    )
     parser.add_argument("runs", nargs="+", type=Path, metavar="DEM.h5")
     parser.add_argument("-o", "--output", type=Path, help="table (CSV)")
     parser.add_argument("--chart", type=Path, help="chart (PNG, SVG)")
@@ -98,8 +129,12 @@ def main() -> int:
         print(error, file=sys.stderr)
         return 2
     if options.output:
-        save(found, options.output, " ".join(["python3 -m dem_reference.splits", *sys.argv[1:]]),
-             f"mean and standard deviation over {len(options.runs)} packings, over the energy released; time in sqrt(H/g)")
+        save(
+            found,
+            options.output,
+            " ".join(["python3 -m dem_reference.splits", *sys.argv[1:]]),
+            f"mean and standard deviation over {len(options.runs)} packings, over the energy released; time in sqrt(H/g)",
+        )
     if options.chart:
         draw(found).savefig(options.chart, dpi=160)
     print(found.iloc[[-1]].T.to_string(header=False, float_format=lambda value: f"{value:.4g}"))

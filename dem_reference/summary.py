@@ -9,12 +9,30 @@ from compare.case import parse
 
 # name -> unit; energies are relative to the potential energy released, times to sqrt(H/g), lengths to L0 or H
 SCALARS = {
-    "seed": "-", "run_out": "L0", "run_out_99": "L0", "height_at_wall": "H", "kinetic_energy_peak": "E0",
-    "kinetic_energy_peak_time": "sqrt(H/g)", "released": "J", "dissipated_normal": "released", "dissipated_tangential": "released",
-    "dissipated_wall": "released", "dissipated_short": "released", "dissipated_enduring": "released",
-    "enduring_half_threshold": "released", "enduring_double_threshold": "released", "unaccounted": "released",
-    "rotational_peak": "released", "fluctuation_peak": "released", "void_ratio": "-", "lateral_stress_ratio": "-",
-    "coordination": "-", "grains": "-", "end_time": "sqrt(H/g)", "kinetic_energy_end": "peak", "cpu_seconds": "s",
+    "seed": "-",
+    "run_out": "L0",
+    "run_out_99": "L0",
+    "height_at_wall": "H",
+    "kinetic_energy_peak": "E0",
+    "kinetic_energy_peak_time": "sqrt(H/g)",
+    "released": "J",
+    "dissipated_normal": "released",
+    "dissipated_tangential": "released",
+    "dissipated_wall": "released",
+    "dissipated_short": "released",
+    "dissipated_enduring": "released",
+    "enduring_half_threshold": "released",
+    "enduring_double_threshold": "released",
+    "unaccounted": "released",
+    "rotational_peak": "released",
+    "fluctuation_peak": "released",
+    "void_ratio": "-",
+    "lateral_stress_ratio": "-",
+    "coordination": "-",
+    "grains": "-",
+    "end_time": "sqrt(H/g)",
+    "kinetic_energy_end": "peak",
+    "cpu_seconds": "s",
 }
 
 
@@ -25,7 +43,11 @@ def scalars(path: Path) -> dict[str, float]:
     """
     with h5py.File(path) as file:
         case = parse(file.attrs["case_resolved"])
-        length, height, scale = case["geometry.length"], case["geometry.height"], file.attrs["time_scale"]
+        length, height, scale = (
+            case["geometry.length"],
+            case["geometry.height"],
+            file.attrs["time_scale"],
+        )
         energy = {name: values[()] for name, values in file["energy"].items()}
         frame = file[f"data/{max(map(int, file['data']))}/particles/cloud"]
         grains = frame["kind"][()] == 1
@@ -48,11 +70,24 @@ def scalars(path: Path) -> dict[str, float]:
             "kinetic_energy_end": energy["kinetic"][-1] / energy["kinetic"][peak],
             "end_time": energy["time"][-1] / scale,
             "cpu_seconds": file.attrs["cpu_seconds"],
-            **{name: file["packing"].attrs[name] for name in ("void_ratio", "lateral_stress_ratio", "coordination", "grains")},
+            **{
+                name: file["packing"].attrs[name]
+                for name in ("void_ratio", "lateral_stress_ratio", "coordination", "grains")
+            },
         }
-        for name in ("dissipated_normal", "dissipated_tangential", "dissipated_wall", "dissipated_short", "dissipated_enduring",
-                     "unaccounted"):
+        for name in (
+            "dissipated_normal",
+            "dissipated_tangential",
+            "dissipated_wall",
+            "dissipated_short",
+            "dissipated_enduring",
+            "unaccounted",
+        ):
             out[name] = energy[name][-1] / released if name in energy else np.nan
         for k, name in ((0, "enduring_half_threshold"), (2, "enduring_double_threshold")):
-            out[name] = file["lifetime/dissipated_enduring"][-1, k] / released if "lifetime" in file else np.nan
+            out[name] = (
+                file["lifetime/dissipated_enduring"][-1, k] / released
+                if "lifetime" in file
+                else np.nan
+            )
     return {name: float(out[name]) for name in SCALARS}

@@ -22,12 +22,18 @@ def _circle_area_below(height: np.ndarray, radius: np.ndarray) -> np.ndarray:
     return radius**2 * (np.arcsin(h / safe) + np.pi / 2) + h * np.sqrt(radius**2 - h**2)
 
 
-def clipped_volume(centre: np.ndarray, radius: float, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+def clipped_volume(
+    centre: np.ndarray, radius: float, lower: np.ndarray, upper: np.ndarray
+) -> np.ndarray:
     """Volume of each sphere inside the rectangle lower..upper of x and y (z is not cut); centre (n, 2), result (n,)."""
     sphere = 4 / 3 * np.pi * radius**3
     inside = np.minimum(centre - lower, upper - centre)
-    share_x, share_y = (cap_fraction(centre[:, k] - lower[k], radius) + cap_fraction(upper[k] - centre[:, k], radius) - 1
-                        for k in (0, 1))
+    share_x, share_y = (
+        cap_fraction(centre[:, k] - lower[k], radius)
+        + cap_fraction(upper[k] - centre[:, k], radius)
+        - 1
+        for k in (0, 1)
+    )
     volume = sphere * share_x * share_y  # exact unless both x and y cut the sphere
     volume[np.any(inside <= -radius, axis=1)] = 0.0
     edge = np.flatnonzero(np.all(np.abs(inside) < radius, axis=1))
@@ -36,7 +42,9 @@ def clipped_volume(centre: np.ndarray, radius: float, lower: np.ndarray, upper: 
         a, b = np.maximum(lower[0] - x, -radius), np.minimum(upper[0] - x, radius)
         s = (a + b)[:, None] / 2 + (b - a)[:, None] / 2 * _NODES
         disc = np.sqrt(np.maximum(radius**2 - s**2, 0))
-        area = _circle_area_below((upper[1] - y)[:, None], disc) - _circle_area_below((lower[1] - y)[:, None], disc)
+        area = _circle_area_below((upper[1] - y)[:, None], disc) - _circle_area_below(
+            (lower[1] - y)[:, None], disc
+        )
         volume[edge] = (area * _WEIGHTS).sum(axis=1) * (b - a) / 2
     return volume
 
@@ -48,11 +56,17 @@ def void_ratio(centre: np.ndarray, radius: float, lower, upper, thickness: float
     together with x or y.
     """
     lower, upper = np.asarray(lower, float), np.asarray(upper, float)
-    solid, volume = clipped_volume(centre[:, :2], radius, lower[:2], upper[:2]), np.prod(upper - lower)
+    solid, volume = clipped_volume(centre[:, :2], radius, lower[:2], upper[:2]), np.prod(
+        upper - lower
+    )
     if len(lower) == 2:
         volume *= thickness
     else:
-        solid = solid * (cap_fraction(centre[:, 2] - lower[2], radius) + cap_fraction(upper[2] - centre[:, 2], radius) - 1)
+        solid = solid * (
+            cap_fraction(centre[:, 2] - lower[2], radius)
+            + cap_fraction(upper[2] - centre[:, 2], radius)
+            - 1
+        )
     return float(volume / solid.sum() - 1) if solid.sum() > 0 else float("inf")
 
 
@@ -62,7 +76,9 @@ def bulk_box(length: float, height: float, diameter: float) -> tuple[np.ndarray,
     return np.array([margin, margin]), np.array([length - margin, height - margin])
 
 
-def quarter_bulk_box(radius: float, height: float, diameter: float) -> tuple[np.ndarray, np.ndarray]:
+def quarter_bulk_box(
+    radius: float, height: float, diameter: float
+) -> tuple[np.ndarray, np.ndarray]:
     """The same for a quarter of a cylinder about the y axis: a box of x, y and z inside it."""
     margin = 2.5 * diameter
     side = (radius - margin) / np.sqrt(2)

@@ -1,6 +1,7 @@
-// What this machine does at best with the arithmetic of a step: quadratic B-splines in closed form, affine transfer, linear
-// elasticity with Jaumann's rate and the Drucker-Prager cone, points in cell order and kept four by four as the kernels take them; no
-// walls, no energies, no averages, no increments beside the velocities, no re-sorting. The solver's speed is stated as a fraction of
+// What this machine does at best with the arithmetic of a step: quadratic B-splines in closed form,
+// affine transfer, linear elasticity with Jaumann's rate and the Drucker-Prager cone, points in
+// cell order and kept four by four as the kernels take them; no walls, no energies, no averages, no
+// increments beside the velocities, no re-sorting. The solver's speed is stated as a fraction of
 // this.
 #pragma once
 
@@ -16,7 +17,8 @@ namespace grainpair {
 template <int Dim>
 class BareKernels {
  public:
-  /// A block of `cells` cells a side, two points per cell and direction, of unit cells and unit mass.
+  /// A block of `cells` cells a side, two points per cell and direction, of unit cells and unit
+  /// mass.
   explicit BareKernels(int cells) : side_(cells + 4) {
     std::size_t nodes = 1;
     for (int d = Dim - 1; d >= 0; --d) {
@@ -34,7 +36,8 @@ class BareKernels {
             const std::size_t lane = count % Wide::size();
             if (lane == 0) points_.push_back({});
             for (int d = 0; d < Dim; ++d)
-              points_.back().x[d][lane] = cell[static_cast<std::size_t>(d)] + 2.25 + 0.5 * ((s >> d) & 1);
+              points_.back().x[d][lane] =
+                  cell[static_cast<std::size_t>(d)] + 2.25 + 0.5 * ((s >> d) & 1);
           }
   }
 
@@ -80,7 +83,9 @@ class BareKernels {
   }
 
   /// The number of sigma_ij.
-  static constexpr int component(int i, int j) { return i == j ? i : i + j == 1 ? 3 : i + j == 3 ? 4 : 5; }
+  static constexpr int component(int i, int j) {
+    return i == j ? i : i + j == 1 ? 3 : i + j == 3 ? 4 : 5;
+  }
   static Vec row(const Stress& stress, int i) {
     Vec out;
     for (int j = 0; j < Dim; ++j) out[j] = stress[component(i, j)];

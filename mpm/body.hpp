@@ -1,5 +1,5 @@
-// A body: every point's constitutive state, and the loop that updates it, several points at once. One virtual call per
-// batch of points, never one per point; BodyOf<Law> is that loop for one law.
+// A body: every point's constitutive state, and the loop that updates it, several points at once.
+// One virtual call per batch of points, never one per point; BodyOf<Law> is that loop for one law.
 #pragma once
 
 #include <array>
@@ -14,37 +14,49 @@ namespace grainpair {
 /// What the first `size` points bring to an update and take away.
 struct Batch {
   explicit Batch(std::size_t most, bool with_work = true)
-      : size(most), steps(most), sigma(most), energies(most), work(with_work ? most : 0), granular_temperature(most), stability(most), regime(most) {}
+      : size(most),
+        steps(most),
+        sigma(most),
+        energies(most),
+        work(with_work ? most : 0),
+        granular_temperature(most),
+        stability(most),
+        regime(most) {}
 
   std::size_t size;
-  bool in_plane = false;  // no motion, no stress across it: of tensors, yz and zx are zero, and of spins all but z
+  bool in_plane = false;  // no motion, no stress across it: of tensors, yz and zx are zero, and of
+                          // spins all but z
   Columns<DeformationOf> steps;
-  Columns<Tensor> sigma;                     // [Pa]
-  Columns<EnergiesOf> energies;              // [J/kg]; plastic and collisional of this step alone
-  std::vector<double> work;                  // [J/kg] stress work of this step, if it has room for it
+  Columns<Tensor> sigma;         // [Pa]
+  Columns<EnergiesOf> energies;  // [J/kg]; plastic and collisional of this step alone
+  std::vector<double> work;      // [J/kg] stress work of this step, if it has room for it
   std::vector<double> granular_temperature;  // [m2/s2]
   Columns<StabilityOf> stability;
-  std::vector<std::int32_t> regime;          // before the update that of the last step
+  std::vector<std::int32_t> regime;  // before the update that of the last step
 };
 
 class Body {
  public:
   virtual ~Body() = default;
   virtual void resize(std::size_t points) = 0;
-  virtual void initialise(std::size_t first, std::span<const InitialState> initial, Batch& batch) = 0;
+  virtual void initialise(std::size_t first, std::span<const InitialState> initial,
+                          Batch& batch) = 0;
   /// Updates points first .. first + batch.size - 1.
   virtual void update(std::size_t first, Batch& batch) = 0;
-  /// The points of a strip from their velocity gradient to their new place, with what that does to the sums.
+  /// The points of a strip from their velocity gradient to their new place, with what that does to
+  /// the sums.
   virtual void advance(PointStage<PlaneStrain>& stage, const Strip& strip, PointSums& sums) = 0;
   virtual void advance(PointStage<Axisymmetric>& stage, const Strip& strip, PointSums& sums) = 0;
-  virtual void advance(PointStage<ThreeDimensional>& stage, const Strip& strip, PointSums& sums) = 0;
+  virtual void advance(PointStage<ThreeDimensional>& stage, const Strip& strip,
+                       PointSums& sums) = 0;
   /// state[i] <- state[order[i]]; called whenever the solver reorders its points.
   virtual void reorder(std::span<const std::uint32_t> order) = 0;
   /// Whether grains may have a granular temperature, dissipate by collisions, or be viscous.
   virtual bool fluctuates() const = 0;
   /// Of granular temperature [Pa s]; 0 for a law without.
   virtual double conductivity(std::size_t point, double void_ratio) const = 0;
-  /// Adds to a point's fluctuations, as far as they do not become negative [J/kg]; gives its granular temperature [m2/s2].
+  /// Adds to a point's fluctuations, as far as they do not become negative [J/kg]; gives its
+  /// granular temperature [m2/s2].
   virtual double heat(std::size_t point, double energy) = 0;
   /// The quasi-static part of a point's stress sigma at void ratio e; all of it for a law without
   /// collisions [Pa].
@@ -82,9 +94,15 @@ class BodyOf final : public Body {
       update_all<InSpace>(first, batch);
   }
 
-  void advance(PointStage<PlaneStrain>& stage, const Strip& strip, PointSums& sums) override { advance_all(stage, strip, sums); }
-  void advance(PointStage<Axisymmetric>& stage, const Strip& strip, PointSums& sums) override { advance_all(stage, strip, sums); }
-  void advance(PointStage<ThreeDimensional>& stage, const Strip& strip, PointSums& sums) override { advance_all(stage, strip, sums); }
+  void advance(PointStage<PlaneStrain>& stage, const Strip& strip, PointSums& sums) override {
+    advance_all(stage, strip, sums);
+  }
+  void advance(PointStage<Axisymmetric>& stage, const Strip& strip, PointSums& sums) override {
+    advance_all(stage, strip, sums);
+  }
+  void advance(PointStage<ThreeDimensional>& stage, const Strip& strip, PointSums& sums) override {
+    advance_all(stage, strip, sums);
+  }
 
   void reorder(std::span<const std::uint32_t> order) override { state_.reorder(order); }
 
@@ -112,7 +130,8 @@ class BodyOf final : public Body {
   static constexpr bool athermal = std::is_base_of_v<Athermal, Law>;
   /// What such a law leaves at zero: fluctuation and collisional, and viscosity.
   struct Zeros {
-    static constexpr Range energies = athermal ? Range{2, 4} : Range{}, stability = athermal ? Range{1, 2} : Range{};
+    static constexpr Range energies = athermal ? Range{2, 4} : Range{},
+                           stability = athermal ? Range{1, 2} : Range{};
   };
   /// The elastic strain is the one tensor of a state, and its first member.
   template <class Where>
@@ -124,13 +143,15 @@ class BodyOf final : public Body {
     return Range{};
   }();
   static constexpr bool by_regime = requires { Law::regimes_cost_differently; };
-  static constexpr std::size_t window = 64;  // points of which those of one regime are brought together: few enough for the cache
+  static constexpr std::size_t window =
+      64;  // points of which those of one regime are brought together: few enough for the cache
 
   template <class Where>
   [[gnu::noinline, gnu::flatten]] void update_all(std::size_t first, Batch& batch) {
     if constexpr (!by_regime) {
       const Law law = law_;  // which no store can change
-      for_each_block(0, batch.size, [&](const auto& block) { update<Where>(law, first, batch, block); });
+      for_each_block(0, batch.size,
+                     [&](const auto& block) { update<Where>(law, first, batch, block); });
     } else
       for (std::size_t begin = 0; begin < batch.size; begin += window)
         update_by_regime<Where>(first, batch, begin, std::min(begin + window, batch.size));
@@ -138,7 +159,8 @@ class BodyOf final : public Body {
 
   /// Block by block; through a batch where points of one regime are to be brought together.
   template <class Kinematics>
-  [[gnu::flatten]] void advance_all(PointStage<Kinematics>& stage, const Strip& strip, PointSums& out) {
+  [[gnu::flatten]] void advance_all(PointStage<Kinematics>& stage, const Strip& strip,
+                                    PointSums& out) {
     using Where = typename PointStage<Kinematics>::Where;
     PointSums sums;
     if constexpr (!by_regime) {
@@ -148,8 +170,11 @@ class BodyOf final : public Body {
         const auto r = law.update(state_.load(block, state_without<Where>), strained.step);
         state_.store(r.state, block, state_without<Where>);
         store_regime(r.regime, block, stage.points.regime);
-        stage.template book<!athermal>(block, strained.mixing, strained.detached,
-                                       {r.sigma, r.energies, law.stability(r.state, strained.step.void_ratio), law.granular_temperature(r.state)}, sums);
+        stage.template book<!athermal>(
+            block, strained.mixing, strained.detached,
+            {r.sigma, r.energies, law.stability(r.state, strained.step.void_ratio),
+             law.granular_temperature(r.state)},
+            sums);
       });
     } else {
       thread_local Batch batch(window, false);
@@ -169,10 +194,11 @@ class BodyOf final : public Body {
         std::copy_n(batch.regime.begin(), batch.size, &stage.points.regime[first]);
         for_each_block(first, end, [&](const auto& block) {
           const auto row = block.from(first);
-          stage.template book<!athermal>(block, row.load(mixing), row.load(detached),
-                                         {batch.sigma.load(row, Where::tensor), batch.energies.load(row, Zeros::energies),
-                                          batch.stability.load(row, Zeros::stability), row.load(batch.granular_temperature)},
-                                         sums);
+          stage.template book<!athermal>(
+              block, row.load(mixing), row.load(detached),
+              {batch.sigma.load(row, Where::tensor), batch.energies.load(row, Zeros::energies),
+               batch.stability.load(row, Zeros::stability), row.load(batch.granular_temperature)},
+              sums);
         });
       }
     }
@@ -186,17 +212,22 @@ class BodyOf final : public Body {
     std::size_t count = 0;
     for_each_block(begin, end, [&](const auto& block) {
       const auto* const regime = &batch.regime[block.first];
-      if (std::all_of(regime, regime + block.count, [&](auto r) { return r == *regime; })) return update<Where>(law_, first, batch, block);
-      for (std::size_t lane = 0; lane < block.count; ++lane) mixed[count++] = static_cast<std::uint32_t>(block(lane));
+      if (std::all_of(regime, regime + block.count, [&](auto r) { return r == *regime; }))
+        return update<Where>(law_, first, batch, block);
+      for (std::size_t lane = 0; lane < block.count; ++lane)
+        mixed[count++] = static_cast<std::uint32_t>(block(lane));
     });
     std::array<std::uint16_t, 6> next{};  // five regimes
-    for (std::size_t i = 0; i < count; ++i) ++next[static_cast<std::size_t>(batch.regime[mixed[i]]) + 1];
+    for (std::size_t i = 0; i < count; ++i)
+      ++next[static_cast<std::size_t>(batch.regime[mixed[i]]) + 1];
     std::partial_sum(next.begin(), next.end(), next.begin());
     std::array<std::uint32_t, window> order;
-    for (std::size_t i = 0; i < count; ++i) order[next[static_cast<std::size_t>(batch.regime[mixed[i]])]++] = mixed[i];
+    for (std::size_t i = 0; i < count; ++i)
+      order[next[static_cast<std::size_t>(batch.regime[mixed[i]])]++] = mixed[i];
     for (std::size_t i = 0; i < count; i += Wide::size()) {
       Scattered at;  // what is left over repeats the last
-      for (std::size_t lane = 0; lane < Wide::size(); ++lane) at.points[lane] = order[std::min(i + lane, count - 1)];
+      for (std::size_t lane = 0; lane < Wide::size(); ++lane)
+        at.points[lane] = order[std::min(i + lane, count - 1)];
       update<Where>(law_, first, batch, at);
     }
   }
@@ -209,9 +240,11 @@ class BodyOf final : public Body {
     batch.sigma.store(r.sigma, at, Where::tensor);
     batch.energies.store(r.energies, at, Zeros::energies);
     if (!batch.work.empty()) at.store(r.work, batch.work.data());
-    if constexpr (!athermal) at.store(law.granular_temperature(r.state), batch.granular_temperature.data());
+    if constexpr (!athermal)
+      at.store(law.granular_temperature(r.state), batch.granular_temperature.data());
     batch.stability.store(law.stability(r.state, step.void_ratio), at, Zeros::stability);
-    for (std::size_t lane = 0; lane < Wide::size(); ++lane) batch.regime[at(lane)] = static_cast<std::int32_t>(r.regime[lane]);
+    for (std::size_t lane = 0; lane < Wide::size(); ++lane)
+      batch.regime[at(lane)] = static_cast<std::int32_t>(r.regime[lane]);
   }
 
   Law law_;

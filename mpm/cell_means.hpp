@@ -8,7 +8,8 @@
 
 namespace grainpair {
 
-/// Two quantities of the points of a cell, each with its weight; divided by these, their means; without, of no meaning.
+/// Two quantities of the points of a cell, each with its weight; divided by these, their means;
+/// without, of no meaning.
 template <class Real>
 struct CellSums {
   Real weight = 0.0, value = 0.0, other_weight = 0.0, other_value = 0.0;
@@ -26,13 +27,17 @@ class CellMeans {
   /// Adds what points bring to their cells, `cell` [number].
   void give(const Wide& cell, const CellSums<Wide>& sums) {
     const auto at = index_below(cell);
-    if (alike(cell)) return add_sums<CellSums>(sums, [&](std::size_t) { return &sums_[static_cast<std::size_t>(at[0])].weight; });
-    add_rows<CellSums>(sums, [&](std::size_t lane) { return &sums_[static_cast<std::size_t>(at[lane])].weight; });
+    if (alike(cell))
+      return add_sums<CellSums>(
+          sums, [&](std::size_t) { return &sums_[static_cast<std::size_t>(at[0])].weight; });
+    add_rows<CellSums>(
+        sums, [&](std::size_t lane) { return &sums_[static_cast<std::size_t>(at[lane])].weight; });
   }
   /// The sums of their cells.
   CellSums<Wide> take(const Wide& cell) const {
     const auto at = index_below(cell);
-    return alike(cell) ? broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight) : look_up<CellSums>(sums_.data(), at);
+    return alike(cell) ? broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight)
+                       : look_up<CellSums>(sums_.data(), at);
   }
 
  private:

@@ -1,4 +1,5 @@
-// Quantities of many points, each of their numbers in an array of its own: as many points as a Wide holds are one load.
+// Quantities of many points, each of their numbers in an array of its own: as many points as a Wide
+// holds are one load.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +10,15 @@
 
 namespace grainpair {
 
-/// As many points as a Wide holds, from `first` on; lanes that are left over repeat the last; if all are, the one at `first`.
+/// As many points as a Wide holds, from `first` on; lanes that are left over repeat the last; if
+/// all are, the one at `first`.
 template <bool Full>
 struct Consecutive {
   std::size_t first, count;
 
-  std::size_t operator()(std::size_t lane) const { return first + (Full ? lane : std::min(lane, std::max<std::size_t>(count, 1) - 1)); }
+  std::size_t operator()(std::size_t lane) const {
+    return first + (Full ? lane : std::min(lane, std::max<std::size_t>(count, 1) - 1));
+  }
   /// The same, counted from `origin`, and the converse.
   Consecutive from(std::size_t origin) const { return {first - origin, count}; }
   Consecutive beyond(std::size_t origin) const { return {origin + first, count}; }
@@ -32,7 +36,9 @@ struct Consecutive {
   }
   /// Of a number in single precision.
   Wide load(const float* field) const {
-    if constexpr (Full) return std::experimental::static_simd_cast<Wide>(std::bit_cast<Float>(*reinterpret_cast<const FloatRow*>(field + first)));
+    if constexpr (Full)
+      return std::experimental::static_simd_cast<Wide>(
+          std::bit_cast<Float>(*reinterpret_cast<const FloatRow*>(field + first)));
     return Wide([&](auto lane) { return static_cast<double>(field[(*this)(lane)]); });
   }
   Wide load(const std::vector<double>& field) const { return load(field.data()); }
@@ -51,7 +57,8 @@ struct Scattered {
   std::size_t operator()(std::size_t lane) const { return points[lane]; }
   Scattered beyond(std::size_t origin) const {
     Scattered out;
-    for (std::size_t lane = 0; lane < points.size(); ++lane) out.points[lane] = origin + points[lane];
+    for (std::size_t lane = 0; lane < points.size(); ++lane)
+      out.points[lane] = origin + points[lane];
     return out;
   }
   Wide load(const double* field) const {
@@ -101,13 +108,15 @@ template <template <class> class Struct, class Number = double>
 class Columns {
  public:
   static constexpr std::size_t width = sizeof(Struct<Wide>) / sizeof(Wide);
-  static_assert(sizeof(Struct<double>) - width * sizeof(double) < 16, "doubles, and padding at the end");
+  static_assert(sizeof(Struct<double>) - width * sizeof(double) < 16,
+                "doubles, and padding at the end");
 
   explicit Columns(std::size_t points = 0) { resize(points); }
 
   void resize(std::size_t points, Number value = 0) {
     size_ = points;
-    // an odd number of cache lines beyond whole pages: the columns of a point share no set of the cache
+    // an odd number of cache lines beyond whole pages: the columns of a point share no set of the
+    // cache
     stride_ = (points + 511) / 512 * 512 + 40;
     numbers_.assign(width * stride_, value);
   }
@@ -142,7 +151,8 @@ class Columns {
         if (full(blocks))
           to[c] = wide(*reinterpret_cast<const WideFloatRow*>(from + blocks[0].first));
         else
-          to[c] = Real([&](auto lane) { return from[blocks[lane / Wide::size()](lane % Wide::size())]; });
+          to[c] = Real(
+              [&](auto lane) { return from[blocks[lane / Wide::size()](lane % Wide::size())]; });
       });
       return out;
     }
@@ -159,7 +169,8 @@ class Columns {
           *reinterpret_cast<WideFloatRow*>(to + blocks[0].first) = lanes(in[c]);
         else
           for (std::size_t lane = 0; lane < Real::size(); ++lane)
-            if (lane % Wide::size() < blocks[lane / Wide::size()].count) to[blocks[lane / Wide::size()](lane % Wide::size())] = in[c][lane];
+            if (lane % Wide::size() < blocks[lane / Wide::size()].count)
+              to[blocks[lane / Wide::size()](lane % Wide::size())] = in[c][lane];
       });
     }
   }
@@ -175,9 +186,7 @@ class Columns {
       return out;
     }
   }
-  auto operator[](std::size_t p)
-    requires EigenMatrix<Struct<Number>>
-  {
+  auto operator[](std::size_t p) requires EigenMatrix<Struct<Number>> {
     return Eigen::Map<Struct<Number>, 0, Stride>(column(0) + p, stride());
   }
   void set(std::size_t p, const Struct<Number>& from) {
@@ -213,7 +222,8 @@ class Columns {
 
   template <class F>
   static void each(F&& f) {
-    [&]<std::size_t... c>(std::index_sequence<c...>) { (f(c), ...); }(std::make_index_sequence<width>());
+    [&]<std::size_t... c>(std::index_sequence<c...>) { (f(c), ...); }
+    (std::make_index_sequence<width>());
   }
   Number* column(std::size_t c) { return numbers_.data() + c * stride_; }
   const Number* column(std::size_t c) const { return numbers_.data() + c * stride_; }
@@ -226,11 +236,14 @@ class Columns {
   std::vector<Number, Eigen::aligned_allocator<Number>> numbers_;
 };
 
-/// What points exchange with nodes, in the precision in which they do: double, until it is narrowed.
+/// What points exchange with nodes, in the precision in which they do: double, until it is
+/// narrowed.
 template <template <class> class Struct>
 class ExchangedColumns {
  public:
-  explicit ExchangedColumns(std::size_t points = 0, bool narrow = false) : narrow_(narrow) { resize(points); }
+  explicit ExchangedColumns(std::size_t points = 0, bool narrow = false) : narrow_(narrow) {
+    resize(points);
+  }
 
   void resize(std::size_t points) { narrow_ ? single_.resize(points) : double_.resize(points); }
   /// In single precision from now on.

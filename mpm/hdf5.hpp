@@ -1,4 +1,5 @@
-// HDF5 for result files: groups, datasets and attributes with handles that close themselves. Failures throw.
+// HDF5 for result files: groups, datasets and attributes with handles that close themselves.
+// Failures throw.
 #pragma once
 
 #include <hdf5.h>
@@ -40,15 +41,25 @@ class Handle {
 template <class T>
 hid_t type_of();
 template <>
-inline hid_t type_of<double>() { return H5T_NATIVE_DOUBLE; }
+inline hid_t type_of<double>() {
+  return H5T_NATIVE_DOUBLE;
+}
 template <>
-inline hid_t type_of<std::uint32_t>() { return H5T_NATIVE_UINT32; }
+inline hid_t type_of<std::uint32_t>() {
+  return H5T_NATIVE_UINT32;
+}
 template <>
-inline hid_t type_of<std::int64_t>() { return H5T_NATIVE_INT64; }
+inline hid_t type_of<std::int64_t>() {
+  return H5T_NATIVE_INT64;
+}
 template <>
-inline hid_t type_of<std::uint8_t>() { return H5T_NATIVE_UINT8; }
+inline hid_t type_of<std::uint8_t>() {
+  return H5T_NATIVE_UINT8;
+}
 template <>
-inline hid_t type_of<int>() { return H5T_NATIVE_INT; }
+inline hid_t type_of<int>() {
+  return H5T_NATIVE_INT;
+}
 
 /// In the format of HDF5 1.10, whose groups and attributes are the smaller and faster.
 inline Handle create_file(const std::string& path) {
@@ -66,25 +77,30 @@ inline Handle open_file(const std::string& path) {
 inline Handle create_group(hid_t parent, const std::string& name) {
   const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, "make a property list");
   H5Pset_create_intermediate_group(links, 1);
-  return {H5Gcreate2(parent, name.c_str(), links, H5P_DEFAULT, H5P_DEFAULT), H5Gclose, "create group " + name};
+  return {H5Gcreate2(parent, name.c_str(), links, H5P_DEFAULT, H5P_DEFAULT), H5Gclose,
+          "create group " + name};
 }
 
 template <class T>
 void write_attribute(hid_t object, const std::string& name, std::span<const T> values) {
   const hsize_t n = values.size();
   const Handle space(H5Screate_simple(1, &n, nullptr), H5Sclose, "make a dataspace");
-  const Handle attribute(H5Acreate2(object, name.c_str(), type_of<T>(), space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                         "create attribute " + name);
-  if (H5Awrite(attribute, type_of<T>(), values.data()) < 0) throw Error("HDF5: cannot write attribute " + name);
+  const Handle attribute(
+      H5Acreate2(object, name.c_str(), type_of<T>(), space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+      "create attribute " + name);
+  if (H5Awrite(attribute, type_of<T>(), values.data()) < 0)
+    throw Error("HDF5: cannot write attribute " + name);
 }
 
 template <class T>
-  requires std::is_arithmetic_v<T>
+requires std::is_arithmetic_v<T>
 void write_attribute(hid_t object, const std::string& name, T value) {
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "make a dataspace");
-  const Handle attribute(H5Acreate2(object, name.c_str(), type_of<T>(), space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                         "create attribute " + name);
-  if (H5Awrite(attribute, type_of<T>(), &value) < 0) throw Error("HDF5: cannot write attribute " + name);
+  const Handle attribute(
+      H5Acreate2(object, name.c_str(), type_of<T>(), space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+      "create attribute " + name);
+  if (H5Awrite(attribute, type_of<T>(), &value) < 0)
+    throw Error("HDF5: cannot write attribute " + name);
 }
 
 inline void write_attribute(hid_t object, const std::string& name, const std::string& value) {
@@ -92,15 +108,16 @@ inline void write_attribute(hid_t object, const std::string& name, const std::st
   H5Tset_size(type, H5T_VARIABLE);  // readers get text, not padded bytes
   H5Tset_cset(type, H5T_CSET_UTF8);
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "make a dataspace");
-  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                         "create attribute " + name);
+  const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose, "create attribute " + name);
   const char* const text = value.c_str();
   if (H5Awrite(attribute, type, &text) < 0) throw Error("HDF5: cannot write attribute " + name);
 }
 
 /// A compressed one-dimensional dataset, stored as `stored` (native type of T by default).
 template <class T>
-Handle write_dataset(hid_t parent, const std::string& name, std::span<const T> values, hid_t stored = H5I_INVALID_HID) {
+Handle write_dataset(hid_t parent, const std::string& name, std::span<const T> values,
+                     hid_t stored = H5I_INVALID_HID) {
   const hsize_t n = values.size();
   const Handle space(H5Screate_simple(1, &n, nullptr), H5Sclose, "make a dataspace");
   const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "make a property list");
@@ -109,8 +126,8 @@ Handle write_dataset(hid_t parent, const std::string& name, std::span<const T> v
     H5Pset_shuffle(creation);
     H5Pset_deflate(creation, 2);
   }
-  Handle dataset(H5Dcreate2(parent, name.c_str(), stored == H5I_INVALID_HID ? type_of<T>() : stored, space,
-                            H5P_DEFAULT, creation, H5P_DEFAULT),
+  Handle dataset(H5Dcreate2(parent, name.c_str(), stored == H5I_INVALID_HID ? type_of<T>() : stored,
+                            space, H5P_DEFAULT, creation, H5P_DEFAULT),
                  H5Dclose, "create dataset " + name);
   if (H5Dwrite(dataset, type_of<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
     throw Error("HDF5: cannot write dataset " + name);
@@ -119,7 +136,8 @@ Handle write_dataset(hid_t parent, const std::string& name, std::span<const T> v
 
 template <class T>
 std::vector<T> read_dataset(hid_t parent, const std::string& name) {
-  const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose, "open dataset " + name);
+  const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose,
+                       "open dataset " + name);
   const Handle space(H5Dget_space(dataset), H5Sclose, "read a dataspace");
   std::vector<T> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
   if (H5Dread(dataset, type_of<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)

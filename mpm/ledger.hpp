@@ -1,9 +1,11 @@
-// Where every joule is. Held: kinetic, potential, stored, fluctuation. Gone for a physical reason: plastic,
-// collisional, wall. Gone, or come, for a numerical one, each on its own account: transfer, time_integration, mixing of void ratios, detached,
-// conduction (what it creates where a point has less to give than it is asked for).
+// Where every joule is. Held: kinetic, potential, stored, fluctuation. Gone for a physical reason:
+// plastic, collisional, wall. Gone, or come, for a numerical one, each on its own account:
+// transfer, time_integration, mixing of void ratios, detached, conduction (what it creates where a
+// point has less to give than it is asked for).
 //
-// The sum is constant by construction (each stage books the difference it makes), so closing proves only the
-// bookkeeping; what each account holds is checked against an independent figure in tests/cpp/ledger_test.cpp.
+// The sum is constant by construction (each stage books the difference it makes), so closing proves
+// only the bookkeeping; what each account holds is checked against an independent figure in
+// tests/cpp/ledger_test.cpp.
 #pragma once
 
 namespace grainpair {

@@ -17,7 +17,9 @@ using namespace grainpair;
 double cpu_seconds() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
@@ -51,25 +53,29 @@ struct Clock {
   }
 };
 
-void run(const Case& scene, const Start& start, const std::string& path, const Provenance& provenance, Progress progress) {
+void run(const Case& scene, const Start& start, const std::string& path,
+         const Provenance& provenance, Progress progress) {
   const auto wall_start = std::chrono::steady_clock::now();
   const auto simulation = make_simulation(scene, start);
   Output output(path, scene, provenance);
 
   const double tau = time_scale(scene), end = scene.number("time.maximum") * tau;
   const double rest = scene.number("time.rest_kinetic_energy");
-  Clock frames(scene.number("time.frame_interval") * tau), rows(scene.number("time.energy_interval") * tau);
+  Clock frames(scene.number("time.frame_interval") * tau),
+      rows(scene.number("time.energy_interval") * tau);
   std::string end_reason = "maximum";
   double peak = 0.0;
   long steps = 0;
   const EnergyLedger begin = simulation->ledger();
-  Watch watch(*simulation, scene.number("geometry.height"), scene.number("geometry.gravity"), scene.number("mpm.cell_size"));
+  Watch watch(*simulation, scene.number("geometry.height"), scene.number("geometry.gravity"),
+              scene.number("mpm.cell_size"));
 
   output.frame(*simulation, 0, 0.0);
   output.energies(*simulation, {});
   while (simulation->time() < end * (1.0 - 1e-12)) {
     TimeStep step = simulation->stable_step();
-    const double left = std::min(frames.next, end) - simulation->time();  // land on the frame, in equal steps
+    const double left =
+        std::min(frames.next, end) - simulation->time();  // land on the frame, in equal steps
     step.dt = left / std::ceil(left / step.dt);
     simulation->step(step.dt);
     ++steps;
@@ -81,7 +87,8 @@ void run(const Case& scene, const Start& start, const std::string& path, const P
       output.energies(*simulation, step);
       watch.points(*simulation);
     }
-    const bool at_rest = kinetic < rest * peak && time > tau;  // the release itself starts from rest
+    const bool at_rest =
+        kinetic < rest * peak && time > tau;  // the release itself starts from rest
     if (frames.due(time) || at_rest) output.frame(*simulation, steps, step.dt);
     progress(time / end, fmt::format("t = {:.2f} sqrt(H/g), dt = {:.1e} s", time / tau, step.dt));
     if (at_rest) {
@@ -91,7 +98,8 @@ void run(const Case& scene, const Start& start, const std::string& path, const P
   }
   const auto wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start);
   const auto warnings = watch.warnings(begin, simulation->ledger());
-  for (const std::string& warning : warnings) fmt::print(stderr, "{}: warning: {}\n", scene.path(), warning);
+  for (const std::string& warning : warnings)
+    fmt::print(stderr, "{}: warning: {}\n", scene.path(), warning);
   output.warnings(warnings);
   output.finish(end_reason, cpu_seconds(), wall.count(), steps);
   progress(1.0, end_reason == "rest" ? "at rest" : "time.maximum reached");

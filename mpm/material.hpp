@@ -1,8 +1,10 @@
-// What a constitutive law is to the solver: a value of constants, a plain State per point, and pure functions.
+// What a constitutive law is to the solver: a value of constants, a plain State per point, and pure
+// functions.
 //
-// They are written once over Real, for one point or for several at once (wide.hpp); structs hold Reals alone.
-// A law knows no grid, no globals, no files. Each law lives in one file, mpm/materials/<law>.cpp, which ends in
-// GRAINPAIR_REGISTER_MATERIAL(Law, "name"). Sign: compression positive, for stress, strain and D.
+// They are written once over Real, for one point or for several at once (wide.hpp); structs hold
+// Reals alone. A law knows no grid, no globals, no files. Each law lives in one file,
+// mpm/materials/<law>.cpp, which ends in GRAINPAIR_REGISTER_MATERIAL(Law, "name"). Sign:
+// compression positive, for stress, strain and D.
 #pragma once
 
 #include <concepts>
@@ -31,9 +33,10 @@ struct DeformationOf {
 };
 using Deformation = DeformationOf<double>;
 
-/// Energies per unit mass of solid [J/kg]: stored and fluctuation are held in the new state, plastic and collisional were
-/// dissipated during the update. sigma_bar : D dt (1+e)/rho_s = d(stored + fluctuation) + plastic + collisional, where
-/// sigma_bar is the mean stress `work_stress` the law reports.
+/// Energies per unit mass of solid [J/kg]: stored and fluctuation are held in the new state,
+/// plastic and collisional were dissipated during the update. sigma_bar : D dt (1+e)/rho_s =
+/// d(stored + fluctuation) + plastic + collisional, where sigma_bar is the mean stress
+/// `work_stress` the law reports.
 template <class Real>
 struct EnergiesOf {
   Real stored = 0.0, plastic = 0.0;
@@ -41,7 +44,8 @@ struct EnergiesOf {
 };
 using Energies = EnergiesOf<double>;
 
-/// Result of an update. `work` is the stress power integrated over the step as the law understands it [J/kg].
+/// Result of an update. `work` is the stress power integrated over the step as the law understands
+/// it [J/kg].
 template <class Real, template <class> class State>
 struct Response {
   Tensor<Real> sigma;  // total stress, quasi-static + collisional [Pa]
@@ -78,9 +82,9 @@ struct Outcome {
 
 /// The state a point starts from.
 struct InitialState {
-  SymTensor sigma;             // [Pa]
-  double void_ratio;           // [-]
-  double granular_temperature; // [m2/s2]
+  SymTensor sigma;              // [Pa]
+  double void_ratio;            // [-]
+  double granular_temperature;  // [m2/s2]
 };
 
 /// A law whose grains do not fluctuate.
@@ -93,14 +97,16 @@ struct Athermal {
 
 /// What a law does for several points at once.
 template <class M>
-concept Updates = requires(const M law, const typename M::template State<Wide> s, const DeformationOf<Wide>& step, Wide e) {
+concept Updates = requires(const M law, const typename M::template State<Wide> s,
+                           const DeformationOf<Wide>& step, Wide e) {
   { law.update(s, step) } -> std::same_as<Response<Wide, M::template State>>;
   { law.stability(s, e) } -> std::same_as<StabilityOf<Wide>>;
   { law.granular_temperature(s) } -> std::same_as<Wide>;
 };
 
-/// A law whose granular temperature can conduct: `conductivity` [Pa s], so that the flux of energy is -conductivity grad T
-/// [W/m2], and what an addition to the fluctuations [J/kg] makes of a state.
+/// A law whose granular temperature can conduct: `conductivity` [Pa s], so that the flux of energy
+/// is -conductivity grad T [W/m2], and what an addition to the fluctuations [J/kg] makes of a
+/// state.
 template <class M>
 concept Conducts = requires(const M law, const typename M::template State<double> s, double x) {
   { law.conductivity(s, x) } -> std::same_as<double>;  // x: void ratio

@@ -13,19 +13,21 @@ enum class VolumetricAveraging { none, cell, nodal };
 enum class Limit { none = 0, elastic = 1, critical_state = 2, viscous = 3 };
 
 struct Numerics {
-  double h = 0.0;                                // cell size [m]
+  double h = 0.0;  // cell size [m]
   TransferScheme transfer = TransferScheme::affine_flip;
-  double relaxation_time = 0.0;                  // of flip and affine_flip, and ... [s]
-  double gradient_relaxation_time = 0.0;         // ... of the gradient of affine_flip [s]
-  double void_ratio_relaxation_time = 0.0;       // within cells; 0: none [s]
+  double relaxation_time = 0.0;             // of flip and affine_flip, and ... [s]
+  double gradient_relaxation_time = 0.0;    // ... of the gradient of affine_flip [s]
+  double void_ratio_relaxation_time = 0.0;  // within cells; 0: none [s]
   int xpic_order = 2;
   StressUpdate stress_update = StressUpdate::last;
   VolumetricAveraging averaging = VolumetricAveraging::cell;
-  bool conduction = false;                       // of granular temperature
+  bool conduction = false;  // of granular temperature
   double time_step_fraction = 0.5;
 
   /// Whether points take the mean volumetric rate or the mean void ratio of their cells.
-  bool averages_rates() const { return averaging == VolumetricAveraging::cell || void_ratio_relaxation_time > 0.0; }
+  bool averages_rates() const {
+    return averaging == VolumetricAveraging::cell || void_ratio_relaxation_time > 0.0;
+  }
   /// Whether the internal force takes the mean pressure of a point's cell.
   bool averages_pressures() const { return averaging == VolumetricAveraging::cell; }
 };

@@ -1,5 +1,5 @@
-// mpm.h5: frames of points and the energy history, in the layout that CONTRIBUTING.md describes. The schema of
-// the continuum's result file is written here, once.
+// mpm.h5: frames of points and the energy history, in the layout that CONTRIBUTING.md describes.
+// The schema of the continuum's result file is written here, once.
 #pragma once
 
 #include <filesystem>

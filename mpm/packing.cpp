@@ -14,17 +14,22 @@ namespace grainpair {
 Packing::Packing(const std::string& path) : path_(path) {
   try {
     const hdf5::Handle file = hdf5::open_file(path);
-    const auto read = [&](const std::string& name) { return hdf5::read_dataset<double>(file, "packing/profile_" + name); };
+    const auto read = [&](const std::string& name) {
+      return hdf5::read_dataset<double>(file, "packing/profile_" + name);
+    };
     x_ = read("x"), y_ = read("y"), mass_ = read("mass"), void_ratio_ = read("void_ratio");
     stress_.resize(mass_.size());
     constexpr const char* components[] = {"xx", "yy", "zz", "xy", "yz", "zx"};
     for (int c = 0; c < 6; ++c) {
       const auto values = read(std::string("stress_") + components[c]);
-      for (std::size_t i = 0; i < values.size(); ++i) stress_[i][c] = c < 3 ? values[i] : std::numbers::sqrt2 * values[i];
+      for (std::size_t i = 0; i < values.size(); ++i)
+        stress_[i][c] = c < 3 ? values[i] : std::numbers::sqrt2 * values[i];
     }
   } catch (const hdf5::Error& error) {
-    throw CaseError(fmt::format("{}: no settled packing to start from ({}) give the result of a grain run of this case, such as dem.h5",
-                                path, error.what()));
+    throw CaseError(
+        fmt::format("{}: no settled packing to start from ({}) give the result of a grain run of "
+                    "this case, such as dem.h5",
+                    path, error.what()));
   }
 }
 
@@ -55,12 +60,17 @@ std::array<double, 3> Packing::extent(double grain_density) const {
   return {x_.back(), y_.back(), volume / ((x_[1] - x_[0]) * (y_[1] - y_[0]))};
 }
 
-std::size_t Packing::cell_of(double x, double y) const { return between(x_, x) * (y_.size() - 1) + between(y_, y); }
+std::size_t Packing::cell_of(double x, double y) const {
+  return between(x_, x) * (y_.size() - 1) + between(y_, y);
+}
 
 SymTensor Packing::stress(double x, double y) const {
   const Neighbours i = neighbours(x_, x), j = neighbours(y_, y);
-  const auto at = [&](std::size_t a, std::size_t b) -> const SymTensor& { return stress_[a * (y_.size() - 1) + b]; };
-  return (1.0 - i.share) * ((1.0 - j.share) * at(i.first, j.first) + j.share * at(i.first, j.second)) +
+  const auto at = [&](std::size_t a, std::size_t b) -> const SymTensor& {
+    return stress_[a * (y_.size() - 1) + b];
+  };
+  return (1.0 - i.share) *
+             ((1.0 - j.share) * at(i.first, j.first) + j.share * at(i.first, j.second)) +
          i.share * ((1.0 - j.share) * at(i.second, j.first) + j.share * at(i.second, j.second));
 }
 

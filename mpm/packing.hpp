@@ -1,4 +1,5 @@
-// The settled packing of a grain run as the continuum's initial state: mass, void ratio and stress, on cells.
+// The settled packing of a grain run as the continuum's initial state: mass, void ratio and stress,
+// on cells.
 #pragma once
 
 #include <array>
@@ -19,7 +20,8 @@ class Packing {
   std::size_t cells() const { return mass_.size(); }
   std::size_t cell_of(double x, double y) const;
   double mass(std::size_t cell) const { return mass_[cell]; }  // [kg]
-  /// Extents of the column that the grains filled [m], given their density [kg/m3]; W from volume over area of a cell.
+  /// Extents of the column that the grains filled [m], given their density [kg/m3]; W from volume
+  /// over area of a cell.
   std::array<double, 3> extent(double grain_density) const;
   /// Stress at a place [Pa], bilinear between the centres of the cells, constant beyond them.
   SymTensor stress(double x, double y) const;

@@ -25,18 +25,19 @@ struct Points {
   template <class Real>
   using Mat = MatrixOf<Dim, Real>;
 
-  Columns<Vec> x;                 // position [m]
-  Columns<Vec> v;                 // velocity [m/s]
-  ExchangedColumns<Mat> affine;   // what the transfer carries: a moment or a gradient, see transfer/affine.hpp
-  std::vector<double> mass;       // [kg]
-  std::vector<double> void_ratio; // e, from det F [-]
-  Columns<Tensor> sigma;          // total stress, compression positive [Pa]
+  Columns<Vec> x;  // position [m]
+  Columns<Vec> v;  // velocity [m/s]
+  ExchangedColumns<Mat>
+      affine;  // what the transfer carries: a moment or a gradient, see transfer/affine.hpp
+  std::vector<double> mass;        // [kg]
+  std::vector<double> void_ratio;  // e, from det F [-]
+  Columns<Tensor> sigma;           // total stress, compression positive [Pa]
 
-  std::vector<double> fluctuation;                // energy held [J/kg]
-  std::vector<double> plastic, collisional;       // dissipated since release [J/kg]
-  std::vector<double> conducted;                  // fluctuation that came by conduction since release [J/kg]
-  std::vector<double> granular_temperature;       // [m2/s2]
-  std::vector<double> deviatoric_strain;          // accumulated sqrt(2/3 dev D : dev D) dt [-]
+  std::vector<double> fluctuation;           // energy held [J/kg]
+  std::vector<double> plastic, collisional;  // dissipated since release [J/kg]
+  std::vector<double> conducted;  // fluctuation that came by conduction since release [J/kg]
+  std::vector<double> granular_temperature;  // [m2/s2]
+  std::vector<double> deviatoric_strain;     // accumulated sqrt(2/3 dev D : dev D) dt [-]
   std::vector<std::int32_t> regime;
   std::vector<std::uint32_t> id;
 
@@ -46,7 +47,8 @@ struct Points {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // whatever is not set shows
     x.resize(n, nan), v.resize(n), affine.resize(n), sigma.resize(n);
     for (auto* field : {&mass, &void_ratio}) field->resize(n, nan);
-    for (auto* field : {&granular_temperature, &fluctuation, &plastic, &collisional, &conducted, &deviatoric_strain})
+    for (auto* field : {&granular_temperature, &fluctuation, &plastic, &collisional, &conducted,
+                        &deviatoric_strain})
       field->resize(n, 0.0);
     regime.resize(n, 0);
     id.resize(n);

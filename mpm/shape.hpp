@@ -1,8 +1,10 @@
 // Shape functions on one axis; the grid's are their tensor products.
 //
-// A policy gives: `support`, the number of nodes that share a point; `reach`, of those that share any point of a cell; an Axis built for
-// [0, n h]; and evaluate(axis, x, weights), of one point (Real = double) or of several at once (Real = Wide). Positions of the nodes are
-// such that sum_i w_i X_i = x everywhere (linear completeness), which the affine transfers and the patch test rely on.
+// A policy gives: `support`, the number of nodes that share a point; `reach`, of those that share
+// any point of a cell; an Axis built for [0, n h]; and evaluate(axis, x, weights), of one point
+// (Real = double) or of several at once (Real = Wide). Positions of the nodes are such that sum_i
+// w_i X_i = x everywhere (linear completeness), which the affine transfers and the patch test rely
+// on.
 #pragma once
 
 #include <algorithm>
@@ -20,9 +22,10 @@ template <class Real, int Support>
 struct Weights {
   static constexpr int support = Support;
   using First = std::conditional_t<std::is_same_v<Real, WideFloat>, Halves<Real>, Real>;
-  First first;                              // number of the first node
-  std::array<Real, Support> w, dw, moment;  // value [-], slope [1/m], value times (node's position - point's) [m]
-  Real inertia, inverse_inertia;            // D = sum_k w_k (X_k - x)^2, kept away from zero [m2]; 1/D [1/m2]
+  First first;  // number of the first node
+  std::array<Real, Support> w, dw,
+      moment;  // value [-], slope [1/m], value times (node's position - point's) [m]
+  Real inertia, inverse_inertia;  // D = sum_k w_k (X_k - x)^2, kept away from zero [m2]; 1/D [1/m2]
 
   void set(int k, const Real& value, const Real& slope, const Real& xi) {
     w[k] = value, dw[k] = slope, moment[k] = value * xi;
@@ -34,9 +37,10 @@ struct Weights {
   }
 };
 
-/// Open uniform B-splines of degree P: knots on the cell faces, P + 1 of them on either end. The end function is
-/// therefore interpolatory: a wall on a cell face is one layer of nodes, exactly, and no function reaches beyond it.
-/// P = 1 is the linear hat, P = 2 the quadratic and P = 3 the cubic B-spline [Steffen2008].
+/// Open uniform B-splines of degree P: knots on the cell faces, P + 1 of them on either end. The
+/// end function is therefore interpolatory: a wall on a cell face is one layer of nodes, exactly,
+/// and no function reaches beyond it. P = 1 is the linear hat, P = 2 the quadratic and P = 3 the
+/// cubic B-spline [Steffen2008].
 template <int P>
 struct BSpline {
   static constexpr int degree = P;
@@ -78,7 +82,8 @@ struct BSpline {
                 next[k][j + 1] += slope * n[source][j];
               }
             };
-            // N_i^p = (x - u_i)/(u_{i+p} - u_i) N_i^{p-1} + (u_{i+p+1} - x)/(u_{i+p+1} - u_{i+1}) N_{i+1}^{p-1}
+            // N_i^p = (x - u_i)/(u_{i+p} - u_i) N_i^{p-1} + (u_{i+p+1} - x)/(u_{i+p+1} - u_{i+1})
+            // N_{i+1}^{p-1}
             if (const double span = knot(i + p) - knot(i); span > 0.0)
               add(k, (cell - knot(i)) / span, 1.0 / span);
             if (const double span = knot(i + p + 1) - knot(i + 1); span > 0.0)
@@ -87,7 +92,8 @@ struct BSpline {
           n = next;
         }
         Cell<double> entry{.c = n, .node = {}};
-        for (int k = 0; k < support; ++k) entry.node[k] = node_position[static_cast<std::size_t>(cell + k)];
+        for (int k = 0; k < support; ++k)
+          entry.node[k] = node_position[static_cast<std::size_t>(cell + k)];
         cell_table.push_back(entry);
       }
     }
@@ -112,7 +118,8 @@ struct BSpline {
   }
 
   /// In single precision, but for the places; beside the ends narrowed at last.
-  static void evaluate(const Axis& axis, const Halves<WideFloat>& x, Weights<WideFloat, support>& out) {
+  static void evaluate(const Axis& axis, const Halves<WideFloat>& x,
+                       Weights<WideFloat, support>& out) {
     Halves<WideFloat> t;
     bool all_inside = true;
     for (std::size_t h = 0; h < t.size(); ++h) {
@@ -124,7 +131,9 @@ struct BSpline {
     if (all_inside) return evaluate_inside(axis, narrow(t), out);
     std::array<Weights<Wide, support>, 2> half;
     for (std::size_t h = 0; h < 2; ++h) evaluate(axis, x[h], half[h]);
-    const auto both = [&](auto number) { return narrow(std::array{number(half[0]), number(half[1])}); };
+    const auto both = [&](auto number) {
+      return narrow(std::array{number(half[0]), number(half[1])});
+    };
     for (std::size_t k = 0; k < support; ++k) {
       out.w[k] = both([&](const auto& n) { return n.w[k]; });
       out.dw[k] = both([&](const auto& n) { return n.dw[k]; });
@@ -151,22 +160,26 @@ struct BSpline {
     if constexpr (P == 1) {
       set(0, s, number(-1.0)), set(1, t, number(1.0));
     } else if constexpr (P == 2) {
-      set(0, number(0.5) * s * s, -s), set(1, number(0.5) + s * t, s - t), set(2, number(0.5) * t * t, t);
+      set(0, number(0.5) * s * s, -s), set(1, number(0.5) + s * t, s - t),
+          set(2, number(0.5) * t * t, t);
     } else {
       static_assert(P == 3);
-      const Real ss = s * s, tt = t * t, half = number(0.5), most = number(2.0 / 3.0), steep = number(1.5), sixth = number(1.0 / 6.0);
+      const Real ss = s * s, tt = t * t, half = number(0.5), most = number(2.0 / 3.0),
+                 steep = number(1.5), sixth = number(1.0 / 6.0);
       set(0, ss * s * sixth, -half * ss), set(1, most - tt * (1 - half * t), t * (steep * t - 2));
       set(2, most - ss * (1 - half * s), -s * (steep * s - 2)), set(3, tt * t * sixth, half * tt);
     }
     if constexpr (P == 2)
-      out.inertia = number(0.25 * axis.h * axis.h), out.inverse_inertia = number(4.0 * axis.inverse_h * axis.inverse_h);
+      out.inertia = number(0.25 * axis.h * axis.h),
+      out.inverse_inertia = number(4.0 * axis.inverse_h * axis.inverse_h);
     else
       out.invert(axis.h);
   }
 };
 
-/// Linear hats averaged over the width 2 l of an undeformed point domain: uGIMP [Bardenhagen2004]. A domain that
-/// would cross an end of the axis is cut there, so that no function reaches beyond a wall.
+/// Linear hats averaged over the width 2 l of an undeformed point domain: uGIMP [Bardenhagen2004].
+/// A domain that would cross an end of the axis is cut there, so that no function reaches beyond a
+/// wall.
 struct Gimp {
   static constexpr int degree = 1;
   static constexpr int support = 3;
@@ -178,7 +191,11 @@ struct Gimp {
     std::vector<double> node_position;
 
     Axis(int cell_count, double spacing, double point_size)
-        : h(spacing), inverse_h(1.0 / spacing), half_size(0.5 * point_size), cells(cell_count), nodes(std::max(cell_count + 1, support)) {
+        : h(spacing),
+          inverse_h(1.0 / spacing),
+          half_size(0.5 * point_size),
+          cells(cell_count),
+          nodes(std::max(cell_count + 1, support)) {
       for (int i = 0; i < nodes; ++i) node_position.push_back(i * h);
     }
   };
@@ -186,7 +203,8 @@ struct Gimp {
   template <class Real>
   static void evaluate(const Axis& axis, const Real& x, Weights<Real, support>& out) {
     const double end = axis.cells * axis.h;
-    const Real l = smaller(Real(axis.half_size), smaller(x, end - x));  // the domain stays centred on the point
+    const Real l = smaller(Real(axis.half_size),
+                           smaller(x, end - x));  // the domain stays centred on the point
     const Real a = x - l, b = x + l, width = b - a;
     // Three nodes from the cell that holds the domain's left end reach it all (2 l <= h).
     const Real first = smaller(trunc(a * axis.inverse_h), Real(std::max(axis.cells - 2, 0)));
@@ -198,8 +216,10 @@ struct Gimp {
       // mean and slope of the hat over [a, b]: differences of its integral and of itself
       const Real mean = (integral(axis, b - node) - integral(axis, a - node)) / width;
       const Real slope = (hat(axis, b - node) - hat(axis, a - node)) / width;
-      const Real rise = select(k == 0 ? r <= 0.0 : r < 0.0, Real(axis.inverse_h), Real(-axis.inverse_h));
-      out.set(k, select(wide, mean, hat(axis, r)), select(wide, slope, select(abs(r) < axis.h, rise, Real(0.0))), node - x);
+      const Real rise =
+          select(k == 0 ? r <= 0.0 : r < 0.0, Real(axis.inverse_h), Real(-axis.inverse_h));
+      out.set(k, select(wide, mean, hat(axis, r)),
+              select(wide, slope, select(abs(r) < axis.h, rise, Real(0.0))), node - x);
     }
     out.invert(axis.h);
   }

@@ -10,7 +10,8 @@
 
 namespace grainpair {
 
-/// What a case leaves open about its start: the seed of mpm.jitter, and the packing if initial.state asks for one.
+/// What a case leaves open about its start: the seed of mpm.jitter, and the packing if
+/// initial.state asks for one.
 struct Start {
   unsigned seed = 1;
   std::optional<Packing> packing = std::nullopt;

@@ -2,6 +2,7 @@
 
 namespace grainpair {
 
-template std::unique_ptr<Simulation> make_column<ThreeDimensional>(const Case&, const Numerics&, const Start&);
+template std::unique_ptr<Simulation> make_column<ThreeDimensional>(const Case&, const Numerics&,
+                                                                   const Start&);
 
 }  // namespace grainpair

@@ -1,8 +1,8 @@
 // The material point method: one explicit step, read from top to bottom in Solver::step().
 //
-// Points are kept in cell order and cut into strips of columns of cells; strips of one colour never touch the same
-// node, so that they scatter side by side without atomics, and sums are taken strip by strip: results do not depend on
-// the number of threads, to the last bit.
+// Points are kept in cell order and cut into strips of columns of cells; strips of one colour never
+// touch the same node, so that they scatter side by side without atomics, and sums are taken strip
+// by strip: results do not depend on the number of threads, to the last bit.
 #pragma once
 
 #include <fmt/format.h>
@@ -51,7 +51,8 @@ class Simulation {
   }
 };
 
-/// Exchanged holds several points' numbers on their way to the nodes and back: Wide, or WideFloat in single precision.
+/// Exchanged holds several points' numbers on their way to the nodes and back: Wide, or WideFloat
+/// in single precision.
 template <class Kinematics, class Shape, class Exchanged = Wide>
 class Solver final : public Simulation {
  public:
@@ -69,17 +70,23 @@ class Solver final : public Simulation {
     Numerics numerics;
   };
 
-  /// Takes the points as they are (x, v, mass, void_ratio, id set) and lets the law initialise its state.
-  Solver(const Setup& setup, Points<dim> points, std::unique_ptr<Body> body, const std::vector<InitialState>& initial)
-      : setup_(setup), grid_(setup.cells, setup.numerics.h, setup.point_size),
-        stage_(setup.numerics, std::move(points), setup.point_size, setup.solid_density, setup.gravity, halves == 2), body_(std::move(body)),
+  /// Takes the points as they are (x, v, mass, void_ratio, id set) and lets the law initialise its
+  /// state.
+  Solver(const Setup& setup, Points<dim> points, std::unique_ptr<Body> body,
+         const std::vector<InitialState>& initial)
+      : setup_(setup),
+        grid_(setup.cells, setup.numerics.h, setup.point_size),
+        stage_(setup.numerics, std::move(points), setup.point_size, setup.solid_density,
+               setup.gravity, halves == 2),
+        body_(std::move(body)),
         velocities_(halves == 1 ? 0 : grid_.nodes.size()) {
     stage_.box.inverse_h = 1.0 / setup.numerics.h;
     for (int d = 0; d < dim; ++d) stage_.box.length[d] = grid_.axes[d].cells * grid_.axes[d].h;
     if constexpr (halves == 2) points_.affine.narrow();
     initialise(initial);
     bin_points();
-    first_limit_ = stable_step().dt / setup_.numerics.time_step_fraction;  // before there is a speed to bound it
+    first_limit_ = stable_step().dt /
+                   setup_.numerics.time_step_fraction;  // before there is a speed to bound it
     measure_held_energy();
     share_pressure();
   }
@@ -89,30 +96,30 @@ class Solver final : public Simulation {
     if (drift_ + max_speed_ * dt > drift_limit * setup_.numerics.h) bin_points();
     clear_grid();
     if (setup_.numerics.stress_update == StressUpdate::first) {
-      scatter(Forces::without);                              // mass and momentum
-      constrain(0.0);                                        // nodal velocity at the walls
+      scatter(Forces::without);  // mass and momentum
+      constrain(0.0);            // nodal velocity at the walls
       gather(Gathered::gradient, dt);
-      update_points(dt, Moves::no);                          // strain, law
+      update_points(dt, Moves::no);  // strain, law
       share_pressure();
       clear_grid();
     }
-    scatter(Forces::with);                                   // mass, momentum, internal force
-    accelerate(dt);                                          // momentum balance [Ceccato2019, Eq. 2]
+    scatter(Forces::with);  // mass, momentum, internal force
+    accelerate(dt);         // momentum balance [Ceccato2019, Eq. 2]
     if (setup_.numerics.transfer == TransferScheme::xpic) sharpen_velocity();
     if (setup_.numerics.stress_update == StressUpdate::last) {
-      gather(Gathered::both, dt);                            // velocity of points and grid, B or C; grad v
+      gather(Gathered::both, dt);  // velocity of points and grid, B or C; grad v
     } else {
       gather(Gathered::velocity, dt);
     }
     if (setup_.numerics.stress_update == StressUpdate::musl) {
       clear_grid();
-      scatter(Forces::without);                              // the points' new momenta, where they were
+      scatter(Forces::without);  // the points' new momenta, where they were
       constrain(dt);
       gather(Gathered::gradient, dt);
     }
     time_ += dt;
     if (setup_.numerics.stress_update != StressUpdate::first)
-      update_points(dt, Moves::yes);                         // strain, law, new places
+      update_points(dt, Moves::yes);  // strain, law, new places
     else
       move_points();
     if (setup_.numerics.conduction) conduct(dt);
@@ -128,7 +135,8 @@ class Solver final : public Simulation {
   Vec3 position(std::size_t p) const override { return padded(points_.x[p]); }
   Vec3 velocity(std::size_t p) const override { return padded(points_.v[p]); }
   double pressure_correction(std::size_t p) const override {
-    return stage_.pressure_correction(Consecutive<false>{p, 1}, trace(SymTensor(points_.sigma[p])) / 3.0)[0];
+    return stage_.pressure_correction(Consecutive<false>{p, 1},
+                                      trace(SymTensor(points_.sigma[p])) / 3.0)[0];
   }
   const Points<2>* plane() const override {
     if constexpr (dim == 2) return &points_;
@@ -144,12 +152,15 @@ class Solver final : public Simulation {
  private:
   friend struct SolverStages;  // times the stages one by one
   static constexpr std::size_t halves = Halves<Exchanged>().size();
-  static constexpr double drift_limit = 0.4;  // of points between sortings, in cells: the more they drift, the fewer share their nodes
-  /// Strips of one colour go side by side: from the first to the last node that points of a strip reach, which may have drifted by a
-  /// cell to either side, there are strip_width + reach + 1, less than `colours` strips. Three colours allow thinner ones, of which a
-  /// cube has more to share out.
+  static constexpr double drift_limit = 0.4;  // of points between sortings, in cells: the more they
+                                              // drift, the fewer share their nodes
+  /// Strips of one colour go side by side: from the first to the last node that points of a strip
+  /// reach, which may have drifted by a cell to either side, there are strip_width + reach + 1,
+  /// less than `colours` strips. Three colours allow thinner ones, of which a cube has more to
+  /// share out.
   static constexpr int colours = dim == 2 ? 2 : 3;
-  static constexpr int strip_width = dim == 2 ? 5 : (Shape::reach + colours - 1) / (colours - 1);  // cells
+  static constexpr int strip_width =
+      dim == 2 ? 5 : (Shape::reach + colours - 1) / (colours - 1);  // cells
   static_assert((colours - 1) * strip_width >= Shape::reach + 1);
   template <class Real>
   using VecOf = VectorOf<dim, Real>;
@@ -162,7 +173,8 @@ class Solver final : public Simulation {
   enum class Forces { without, with };
   enum class Gathered { velocity, gradient, both };
 
-  /// Fraction of the way to the grid's velocity, and to its gradient, that a point goes in one step.
+  /// Fraction of the way to the grid's velocity, and to its gradient, that a point goes in one
+  /// step.
   struct Filter {
     double velocity, gradient;
   };
@@ -178,7 +190,8 @@ class Solver final : public Simulation {
 
   void initialise(const std::vector<InitialState>& initial);
   void bin_points();
-  void put_fours_first(std::vector<std::uint32_t>& order, const std::vector<std::size_t>& cell) const;
+  void put_fours_first(std::vector<std::uint32_t>& order,
+                       const std::vector<std::size_t>& cell) const;
   void clear_grid();
   void scatter(Forces forces);
   template <Affine Carried>
@@ -188,7 +201,8 @@ class Solver final : public Simulation {
   void sharpen_velocity();
   /// Once for every node, not for every point that takes it.
   void narrow_velocity(const Node<dim>& node) {
-    if constexpr (halves == 2) velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = FloatNode<dim>(node);
+    if constexpr (halves == 2)
+      velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = FloatNode<dim>(node);
   }
   void gather(Gathered what, double dt);
   template <Affine Carried>
@@ -240,19 +254,23 @@ class Solver final : public Simulation {
   template <class F>
   void with_affine(F&& f) {
     switch (affine_of(setup_.numerics.transfer)) {
-      case Affine::none: return f(std::integral_constant<Affine, Affine::none>{});
-      case Affine::moment: return f(std::integral_constant<Affine, Affine::moment>{});
-      case Affine::gradient: return f(std::integral_constant<Affine, Affine::gradient>{});
+      case Affine::none:
+        return f(std::integral_constant<Affine, Affine::none>{});
+      case Affine::moment:
+        return f(std::integral_constant<Affine, Affine::moment>{});
+      case Affine::gradient:
+        return f(std::integral_constant<Affine, Affine::gradient>{});
     }
   }
   /// f(strip) over all strips; those that run at the same time share no node and no cell.
   template <class F>
   void for_each_strip(F&& f) {
     for (int colour = 0; colour < colours; ++colour)
-      side_by_side(colour, static_cast<int>(strips_.size()), colours, [&](int s) { f(static_cast<std::size_t>(s)); });
+      side_by_side(colour, static_cast<int>(strips_.size()), colours,
+                   [&](int s) { f(static_cast<std::size_t>(s)); });
   }
-  /// f(begin), f(begin + stride) ... below end, in any order; what one thread had, it gets again in the next sweep.
-  /// OpenMP's team of one would enter the kernel in every sweep.
+  /// f(begin), f(begin + stride) ... below end, in any order; what one thread had, it gets again in
+  /// the next sweep. OpenMP's team of one would enter the kernel in every sweep.
   template <class F>
   static void side_by_side(int begin, int end, int stride, F&& f) {
     if (omp_get_max_threads() == 1) {
@@ -279,7 +297,8 @@ class Solver final : public Simulation {
     side_by_side(stage_.box.begin[0], stage_.box.end[0], 1, f);
   }
   void clear_cells(CellMeans& means, int column) {
-    means.clear_column(static_cast<std::size_t>(column - stage_.box.begin[0]), static_cast<std::size_t>(stage_.box.end[0] - stage_.box.begin[0]));
+    means.clear_column(static_cast<std::size_t>(column - stage_.box.begin[0]),
+                       static_cast<std::size_t>(stage_.box.end[0] - stage_.box.begin[0]));
   }
   template <class F>
   void for_each_node_of_column(int i, F&& f) {
@@ -309,14 +328,16 @@ class Solver final : public Simulation {
     }
     for (int i = 0; i < Shape::support; ++i) {
       for (int j = 0; j < Shape::support; ++j) {
-        Node<dim>* const row = &grid_.nodes[static_cast<std::size_t>(first)] + i * grid_.stride[0] + j * grid_.stride[1];
+        Node<dim>* const row = &grid_.nodes[static_cast<std::size_t>(first)] + i * grid_.stride[0] +
+                               j * grid_.stride[1];
         const auto give = [&](Node<dim>& node, double w, auto... gradient) {
           if constexpr (std::is_invocable_v<F, Node<dim>&, double, Vec>)
             f(node, w, Vec(gradient...));
           else
             f(node, w);
         };
-        const double w = n[0].w[i] * n[1].w[j], dx = n[0].dw[i] * n[1].w[j], dy = n[0].w[i] * n[1].dw[j];
+        const double w = n[0].w[i] * n[1].w[j], dx = n[0].dw[i] * n[1].w[j],
+                     dy = n[0].w[i] * n[1].dw[j];
         if constexpr (dim == 2) {
           give(*row, w, dx, dy);
         } else {
@@ -330,7 +351,8 @@ class Solver final : public Simulation {
   std::size_t cell_of(const Vec& x) const {
     std::size_t cell = 0;
     for (int d = 0; d < dim; ++d)
-      cell = cell * static_cast<std::size_t>(setup_.cells[d]) + static_cast<std::size_t>(x[d] * grid_.axes[d].inverse_h);
+      cell = cell * static_cast<std::size_t>(setup_.cells[d]) +
+             static_cast<std::size_t>(x[d] * grid_.axes[d].inverse_h);
     return cell;
   }
 
@@ -339,15 +361,17 @@ class Solver final : public Simulation {
   PointStage<Kinematics> stage_;
   Points<dim>& points_ = stage_.points;
   std::unique_ptr<Body> body_;
-  std::vector<FloatNode<dim>> velocities_;  // of the nodes, where points take them in single precision [m/s]
-  std::vector<double> scratch_;             // of conduction: conductivity times volume [J s]
+  std::vector<FloatNode<dim>>
+      velocities_;               // of the nodes, where points take them in single precision [m/s]
+  std::vector<double> scratch_;  // of conduction: conductivity times volume [J s]
   std::vector<Strip> strips_;
-  std::vector<Sums> sums_;             // of the last sweep, by strip
+  std::vector<Sums> sums_;  // of the last sweep, by strip
   std::vector<PointSums> point_sums_;
-  std::vector<Work> work_;             // by column of nodes
+  std::vector<Work> work_;  // by column of nodes
   Fastest fastest_;
   double first_limit_ = std::numeric_limits<double>::infinity();  // of the step, at the start [s]
-  double drift_ = 0.0, max_speed_ = 0.0;  // since the points were binned [m]; of the last step [m/s]
+  double drift_ = 0.0,
+         max_speed_ = 0.0;  // since the points were binned [m]; of the last step [m/s]
   double time_ = 0.0;
   EnergyLedger ledger_;
 };

@@ -21,14 +21,17 @@ void Solver<K, S, E>::initialise(const std::vector<InitialState>& initial) {
       block.store(trace(sigma) * (1.0 / 3.0), stage_.pressure);
       block.store(row.load(batch.granular_temperature), points_.granular_temperature);
       block.store(energies.fluctuation, points_.fluctuation);
-      block.store(energies.plastic, points_.plastic), block.store(energies.collisional, points_.collisional);
+      block.store(energies.plastic, points_.plastic),
+          block.store(energies.collisional, points_.collisional);
       ledger_.stored += reduce(block.load_once(points_.mass) * energies.stored);
-      stage_.template limit_step<true>(block, stage_.specific_volume(block), batch.stability.load(row), fastest_);
+      stage_.template limit_step<true>(block, stage_.specific_volume(block),
+                                       batch.stability.load(row), fastest_);
     });
   }
 }
 
-/// Sorts points by cell, cuts them into strips, and finds the nodes they can reach until the next sorting.
+/// Sorts points by cell, cuts them into strips, and finds the nodes they can reach until the next
+/// sorting.
 template <class K, class S, class E>
 void Solver<K, S, E>::bin_points() {
   const std::size_t n = points_.size();
@@ -41,11 +44,15 @@ void Solver<K, S, E>::bin_points() {
   stage_.reorder(order);
   body_->reorder(order);
 
-  const auto column = [&](std::size_t p) { return static_cast<int>(points_.x[p][0] * grid_.axes[0].inverse_h); };
+  const auto column = [&](std::size_t p) {
+    return static_cast<int>(points_.x[p][0] * grid_.axes[0].inverse_h);
+  };
   strips_.clear();
-  for (int first = 0, p = 0; first < setup_.cells[0] && p < static_cast<int>(n); first += strip_width) {
+  for (int first = 0, p = 0; first < setup_.cells[0] && p < static_cast<int>(n);
+       first += strip_width) {
     const int begin = p;
-    while (p < static_cast<int>(n) && column(static_cast<std::size_t>(p)) < first + strip_width) ++p;
+    while (p < static_cast<int>(n) && column(static_cast<std::size_t>(p)) < first + strip_width)
+      ++p;
     strips_.push_back({static_cast<std::size_t>(begin), static_cast<std::size_t>(p)});
   }
   for (int d = 0; d < dim; ++d) {
@@ -58,15 +65,21 @@ void Solver<K, S, E>::bin_points() {
     stage_.box.end[d] = std::min(high + 2 + S::support, grid_.axes[d].nodes);
   }
   const std::size_t cells = stage_.box.cells();
-  stage_.rates.resize(setup_.numerics.averages_rates() ? cells : 0), stage_.pressures.resize(setup_.numerics.averages_pressures() ? cells : 0);
-  for_each_strip([&](std::size_t s) { for_each_block(strips_[s], [&](const auto& block) { stage_.give_pressure(block, stage_.cell(block)); }); });
+  stage_.rates.resize(setup_.numerics.averages_rates() ? cells : 0),
+      stage_.pressures.resize(setup_.numerics.averages_pressures() ? cells : 0);
+  for_each_strip([&](std::size_t s) {
+    for_each_block(strips_[s],
+                   [&](const auto& block) { stage_.give_pressure(block, stage_.cell(block)); });
+  });
   drift_ = 0.0;
 }
 
-/// Within each strip: as many points of a cell as fill a Wide stay together, what cells have left over follows at the end. In a flowing
-/// column, whose cells hold three points or five, all blocks but the last would else straddle cells and share no nodes.
+/// Within each strip: as many points of a cell as fill a Wide stay together, what cells have left
+/// over follows at the end. In a flowing column, whose cells hold three points or five, all blocks
+/// but the last would else straddle cells and share no nodes.
 template <class K, class S, class E>
-void Solver<K, S, E>::put_fours_first(std::vector<std::uint32_t>& order, const std::vector<std::size_t>& cell) const {
+void Solver<K, S, E>::put_fours_first(std::vector<std::uint32_t>& order,
+                                      const std::vector<std::size_t>& cell) const {
   std::size_t strip_cells = strip_width;
   for (int d = 1; d < dim; ++d) strip_cells *= static_cast<std::size_t>(setup_.cells[d]);
   std::vector<std::uint32_t> arranged, left_over;
@@ -74,7 +87,8 @@ void Solver<K, S, E>::put_fours_first(std::vector<std::uint32_t>& order, const s
   for (auto next = order.begin(); next != order.end();) {
     const std::size_t here = cell[*next];
     const auto end = std::find_if(next, order.end(), [&](auto p) { return cell[p] != here; });
-    const auto whole = next + (end - next) / static_cast<int>(Wide::size()) * static_cast<int>(Wide::size());
+    const auto whole =
+        next + (end - next) / static_cast<int>(Wide::size()) * static_cast<int>(Wide::size());
     arranged.insert(arranged.end(), next, whole);
     left_over.insert(left_over.end(), whole, end);
     next = end;
@@ -99,9 +113,10 @@ void Solver<K, S, E>::clear_grid() {
 }
 
 /// Mass, momentum and internal force of the points to the nodes:
-///   m_i = sum_p w_ip m_p,  (m v)_i = sum_p w_ip m_p (v_p + C_p (X_i - x_p)),  f_i = sum_p V_p sigma_p grad w_ip
-/// where C_p is the point's own gradient or B_p D_p^-1, D_p = sum_i w_ip (X_i - x_p)(X_i - x_p)^T, diagonal for
-/// tensor-product functions. (Compression is positive, hence the sign of f.)
+///   m_i = sum_p w_ip m_p,  (m v)_i = sum_p w_ip m_p (v_p + C_p (X_i - x_p)),  f_i = sum_p V_p
+///   sigma_p grad w_ip
+/// where C_p is the point's own gradient or B_p D_p^-1, D_p = sum_i w_ip (X_i - x_p)(X_i - x_p)^T,
+/// diagonal for tensor-product functions. (Compression is positive, hence the sign of f.)
 template <class K, class S, class E>
 void Solver<K, S, E>::scatter(Forces forces) {
   with_affine([&](auto carried) {
@@ -133,7 +148,10 @@ template <Affine Carried>
     auto all = narrow<GivenOf, E>(given);
     if constexpr (Carried != Affine::none) {
       const MatOf<E> carried = points_.affine.template load_blocks<E>(blocks);
-      for (int d = 0; d < dim; ++d) all.momentum_slope[d] = (Carried == Affine::moment ? at.n[d].inverse_inertia * all.mass : all.mass) * carried[d];
+      for (int d = 0; d < dim; ++d)
+        all.momentum_slope[d] =
+            (Carried == Affine::moment ? at.n[d].inverse_inertia * all.mass : all.mass) *
+            carried[d];
     }
     give(all, at);
   });
@@ -141,7 +159,8 @@ template <Affine Carried>
 
 /// What gate and walls make of a nodal velocity.
 template <class K, class S, class E>
-[[gnu::noinline]] auto Solver<K, S, E>::constrained_here(Vec v, const std::array<int, dim>& node, double time) const -> Vec {
+[[gnu::noinline]] auto Solver<K, S, E>::constrained_here(Vec v, const std::array<int, dim>& node,
+                                                         double time) const -> Vec {
   if (setup_.gate.present && v[0] > 0.0 &&
       setup_.gate.closes(grid_.axes[0].node_position[static_cast<std::size_t>(node[0])],
                          grid_.axes[1].node_position[static_cast<std::size_t>(node[1])], time))
@@ -154,10 +173,11 @@ template <class K, class S, class E>
   return v;
 }
 
-/// v_new = v + dt (f/m + g), then the walls. Work of each force is taken with the mean of old and final velocity, so
-/// that it equals the change of nodal kinetic energy exactly. The walls act twice: first on what the points' momenta ask
-/// for, which the walls had refused already at the end of the last step: what that costs is the transfer's doing, not
-/// theirs. Fixed walls and rollers then do no work, and the wall's account holds friction alone.
+/// v_new = v + dt (f/m + g), then the walls. Work of each force is taken with the mean of old and
+/// final velocity, so that it equals the change of nodal kinetic energy exactly. The walls act
+/// twice: first on what the points' momenta ask for, which the walls had refused already at the end
+/// of the last step: what that costs is the transfer's doing, not theirs. Fixed walls and rollers
+/// then do no work, and the wall's account holds friction alone.
 template <class K, class S, class E>
 [[gnu::flatten]] void Solver<K, S, E>::accelerate(double dt) {
   work_.assign(static_cast<std::size_t>(stage_.box.end[0]), {});
@@ -189,7 +209,8 @@ template <class K, class S, class E>
   for (const Work& c : work_) {
     ledger_.transfer += c.gain;  // the points book the other halves of both mappings
     ledger_.wall += c.wall;
-    ledger_.time_integration -= c.gain + c.wall;  // work of force and gravity, until law and potential energy book theirs
+    ledger_.time_integration -=
+        c.gain + c.wall;  // work of force and gravity, until law and potential energy book theirs
   }
 }
 
@@ -198,13 +219,15 @@ template <class K, class S, class E>
 void Solver<K, S, E>::constrain(double time_offset) {
   for_each_active_column([&](int i) {
     for_each_node_of_column(i, [&](Node<dim>& node, const auto& index) {
-      if (node.mass > 0.0) node.motion = constrained(Vec(node.motion / node.mass), index, time_ + time_offset);
+      if (node.mass > 0.0)
+        node.motion = constrained(Vec(node.motion / node.mass), index, time_ + time_offset);
       narrow_velocity(node);
     });
   });
 }
 
-/// v <- sum_{l < m} (I - S+ S)^l v on the nodes; see transfer/xpic.hpp. Uses `change` for the running term.
+/// v <- sum_{l < m} (I - S+ S)^l v on the nodes; see transfer/xpic.hpp. Uses `change` for the
+/// running term.
 template <class K, class S, class E>
 void Solver<K, S, E>::sharpen_velocity() {
   std::vector<Vec> term(points_.size());
@@ -212,7 +235,9 @@ void Solver<K, S, E>::sharpen_velocity() {
     for_each_active_column([&](int i) { for_each_node_of_column(i, f); });
   };
   std::vector<Vec> sum(grid_.nodes.size());
-  const auto index_of = [&](const Node<dim>& node) { return static_cast<std::size_t>(&node - grid_.nodes.data()); };
+  const auto index_of = [&](const Node<dim>& node) {
+    return static_cast<std::size_t>(&node - grid_.nodes.data());
+  };
   sweep([&](Node<dim>& node, const auto&) { sum[index_of(node)] = node.motion; });
   for (int l = 1; l < setup_.numerics.xpic_order; ++l) {
     // S: the term at the points
@@ -226,7 +251,8 @@ void Solver<K, S, E>::sharpen_velocity() {
     // S+: back to the nodes, mass-weighted
     for_each_strip([&](std::size_t s) {
       for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p)
-        for_each_weight(p, [&](Node<dim>& node, double w) { node.change += (w * points_.mass[p]) * term[p]; });
+        for_each_weight(
+            p, [&](Node<dim>& node, double w) { node.change += (w * points_.mass[p]) * term[p]; });
     });
     sweep([&](Node<dim>& node, const auto& index) {
       if (node.mass <= 0.0) return;
@@ -241,13 +267,17 @@ void Solver<K, S, E>::sharpen_velocity() {
   });
 }
 
-/// From the nodes to the points: new velocity, affine part and displacement, or grad v, or both in one pass over the nodes.
+/// From the nodes to the points: new velocity, affine part and displacement, or grad v, or both in
+/// one pass over the nodes.
 template <class K, class S, class E>
 void Solver<K, S, E>::gather(Gathered what, double dt) {
-  const Filter filter{relaxed(dt, setup_.numerics.relaxation_time), relaxed(dt, setup_.numerics.gradient_relaxation_time)};
+  const Filter filter{relaxed(dt, setup_.numerics.relaxation_time),
+                      relaxed(dt, setup_.numerics.gradient_relaxation_time)};
   sums_.assign(strips_.size(), {});
   with_affine([&](auto carried) {
-    for_each_strip([&](std::size_t s) { sums_[s] = gather_strip<carried.value>(strips_[s], what, filter, dt); });
+    for_each_strip([&](std::size_t s) {
+      sums_[s] = gather_strip<carried.value>(strips_[s], what, filter, dt);
+    });
   });
   if (what != Gathered::gradient) {
     double before = 0.0, after = 0.0;
@@ -260,23 +290,28 @@ void Solver<K, S, E>::gather(Gathered what, double dt) {
     ledger_.kinetic = after;
     drift_ += max_speed_ * dt;
   }
-  if (what != Gathered::velocity && setup_.numerics.averaging == VolumetricAveraging::nodal) average_over_nodes(stage_.volumetric_rate);
+  if (what != Gathered::velocity && setup_.numerics.averaging == VolumetricAveraging::nodal)
+    average_over_nodes(stage_.volumetric_rate);
 }
 
 template <class K, class S, class E>
 template <Affine Carried>
-[[gnu::flatten]] auto Solver<K, S, E>::gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt) -> Sums {
+[[gnu::flatten]] auto Solver<K, S, E>::gather_strip(const Strip& strip, Gathered what,
+                                                    const Filter& filter, double dt) -> Sums {
   Wide kinetic_before = 0.0, kinetic_after = 0.0, speed = 0.0;
-  const auto take_velocity = [&](const auto& block, const VecOf<Wide>& of_grid, const VecOf<Wide>& increment) {
+  const auto take_velocity = [&](const auto& block, const VecOf<Wide>& of_grid,
+                                 const VecOf<Wide>& increment) {
     const auto old = points_.v.load(block);
-    const VecOf<Wide> v = transferred(setup_.numerics.transfer, old, of_grid, increment, filter.velocity);
+    const VecOf<Wide> v =
+        transferred(setup_.numerics.transfer, old, of_grid, increment, filter.velocity);
     points_.v.store(v, block);
     const Wide half_mass = 0.5 * block.load_once(points_.mass);
     kinetic_before += half_mass * old.squaredNorm();
     kinetic_after += half_mass * v.squaredNorm();
     for (int d = 0; d < dim; ++d) speed = larger(speed, abs(of_grid[d]));
   };
-  const auto take_gradient = [&](const auto& block, const VecOf<Wide>& of_grid, const MatOf<Wide>& gradient) {
+  const auto take_gradient = [&](const auto& block, const VecOf<Wide>& of_grid,
+                                 const MatOf<Wide>& gradient) {
     Wide divergence = 0.0;
     for (int d = 0; d < dim; ++d) divergence += gradient[d][d];
     if constexpr (K::axisymmetric) {
@@ -287,7 +322,8 @@ template <Affine Carried>
     stage_.give_rate(block, divergence);
   };
   const auto take_affine = [&](const auto& blocks, const auto& at, const CollectedOf<E>& all) {
-    if constexpr (Carried == Affine::moment) points_.affine.template store_blocks<E>(all.moment, blocks);
+    if constexpr (Carried == Affine::moment)
+      points_.affine.template store_blocks<E>(all.moment, blocks);
     if constexpr (Carried == Affine::gradient) {
       Eigen::Matrix<E, dim, dim> own, increment, grid_gradient;
       MatOf<E> gradient = points_.affine.template load_blocks<E>(blocks);
@@ -324,11 +360,13 @@ template <Affine Carried>
     }
   });
   Sums sum;
-  sum.kinetic_before = reduce(kinetic_before), sum.kinetic_after = reduce(kinetic_after), sum.speed = hmax(speed);
+  sum.kinetic_before = reduce(kinetic_before), sum.kinetic_after = reduce(kinetic_after),
+  sum.speed = hmax(speed);
   return sum;
 }
 
-/// What points make of their velocity gradients (point_stage.hpp); a point that turns inside out or leaves the grid ends the run, named.
+/// What points make of their velocity gradients (point_stage.hpp); a point that turns inside out or
+/// leaves the grid ends the run, named.
 template <class K, class S, class E>
 void Solver<K, S, E>::update_points(double dt, Moves moves) {
   point_sums_.assign(strips_.size(), {});
@@ -341,9 +379,10 @@ void Solver<K, S, E>::update_points(double dt, Moves moves) {
   for (const PointSums& s : point_sums_) {
     if (s.inverted >= 0) {
       const auto p = static_cast<std::size_t>(s.inverted);
-      throw SolverError(fmt::format("point {}: volume inverted (void ratio {:.3g}) at ({:.4g}, {:.4g}) m, t = {:.4g} s lower "
-                                    "mpm.time_step_fraction",
-                                    points_.id[p], points_.void_ratio[p], position(p)[0], position(p)[1], time_));
+      throw SolverError(fmt::format(
+          "point {}: volume inverted (void ratio {:.3g}) at ({:.4g}, {:.4g}) m, t = {:.4g} s lower "
+          "mpm.time_step_fraction",
+          points_.id[p], points_.void_ratio[p], position(p)[0], position(p)[1], time_));
     }
     const double mixing = reduce(s.mixing);
     ledger_.stored += reduce(s.energies.stored);
@@ -355,9 +394,11 @@ void Solver<K, S, E>::update_points(double dt, Moves moves) {
     ledger_.mixing -= mixing;  // work that the points took and the grid did not give
     ledger_.time_integration += mixing - s.detached;
   }
-  // The grid gave its own figure for this work when it accelerated; what the two do not agree on is the integrator's.
-  const double absorbed = (ledger_.stored + ledger_.fluctuation + ledger_.plastic + ledger_.collisional) -
-                          (before.stored + before.fluctuation + before.plastic + before.collisional);
+  // The grid gave its own figure for this work when it accelerated; what the two do not agree on is
+  // the integrator's.
+  const double absorbed =
+      (ledger_.stored + ledger_.fluctuation + ledger_.plastic + ledger_.collisional) -
+      (before.stored + before.fluctuation + before.plastic + before.collisional);
   ledger_.time_integration -= absorbed;
   if (moves == Moves::yes) book_places();
 }
@@ -383,9 +424,10 @@ void Solver<K, S, E>::book_places() {
     if (s.escaped >= 0) {
       const auto p = static_cast<std::size_t>(s.escaped);
       const Vec3 x = position(p);
-      throw SolverError(fmt::format("point {}: left the grid at ({:.4g}, {:.4g}, {:.4g}) m, t = {:.4g} s (speed {:.3g} m/s) "
-                                    "lengthen geometry.floor_length, or lower mpm.time_step_fraction if the speed is absurd",
-                                    points_.id[p], x[0], x[1], x[2], time_, velocity(p).norm()));
+      throw SolverError(fmt::format(
+          "point {}: left the grid at ({:.4g}, {:.4g}, {:.4g}) m, t = {:.4g} s (speed {:.3g} m/s) "
+          "lengthen geometry.floor_length, or lower mpm.time_step_fraction if the speed is absurd",
+          points_.id[p], x[0], x[1], x[2], time_, velocity(p).norm()));
     }
   }
   ledger_.time_integration += ledger_.potential - potential;
@@ -393,9 +435,11 @@ void Solver<K, S, E>::book_places() {
 }
 
 /// Granular temperature flows, q = -kappa grad T, between the points and through no wall:
-///   T_i = sum_p w_ip m_p T_p / m_i,  m_i de_i = dt sum_p V_p grad w_ip . q_p,  de_p = sum_i w_ip de_i  [J/kg].
-/// The functions' slopes cancel at every point, so that nothing is gained or lost; where a point is asked for more than
-/// it holds, what that creates is booked. Explicit, in sub-steps of half the largest stable, 3/2 rho h^2/(4 dim kappa).
+///   T_i = sum_p w_ip m_p T_p / m_i,  m_i de_i = dt sum_p V_p grad w_ip . q_p,  de_p = sum_i w_ip
+///   de_i  [J/kg].
+/// The functions' slopes cancel at every point, so that nothing is gained or lost; where a point is
+/// asked for more than it holds, what that creates is booked. Explicit, in sub-steps of half the
+/// largest stable, 3/2 rho h^2/(4 dim kappa).
 template <class K, class S, class E>
 void Solver<K, S, E>::conduct(double dt) {
   const double h = setup_.numerics.h;
@@ -420,17 +464,22 @@ void Solver<K, S, E>::conduct(double dt) {
     });
     for_each_point([&](std::size_t p) {
       Vec flux = Vec::Zero();  // times volume and time [J m]
-      for_each_weight(p, [&](const Node<dim>& node, double, const Vec& slope) { flux -= node.motion[0] / node.mass * slope; });
+      for_each_weight(p, [&](const Node<dim>& node, double, const Vec& slope) {
+        flux -= node.motion[0] / node.mass * slope;
+      });
       flux *= scratch_[p] * dt / static_cast<double>(rounds);
-      for_each_weight(p, [&](Node<dim>& node, double, const Vec& slope) { node.change[0] += slope.dot(flux); });
+      for_each_weight(
+          p, [&](Node<dim>& node, double, const Vec& slope) { node.change[0] += slope.dot(flux); });
     });
     std::vector<Sums> sums(strips_.size());
     for_each_strip([&](std::size_t s) {
       for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) {
         double energy = 0.0;
-        for_each_weight(p, [&](const Node<dim>& node, double w) { energy += w * node.change[0] / node.mass; });
+        for_each_weight(
+            p, [&](const Node<dim>& node, double w) { energy += w * node.change[0] / node.mass; });
         points_.granular_temperature[p] = body_->heat(p, energy);
-        const double held = 1.5 * points_.granular_temperature[p], change = held - points_.fluctuation[p];
+        const double held = 1.5 * points_.granular_temperature[p],
+                     change = held - points_.fluctuation[p];
         points_.fluctuation[p] = held;
         points_.conducted[p] += change;
         sums[s].gained += points_.mass[p] * change;
@@ -453,12 +502,14 @@ void Solver<K, S, E>::share_pressure() {
   average_over_nodes(stage_.shared_pressure);
 }
 
-/// Points to nodes and back, volume-weighted: avg_p = sum_i w_ip (sum_q w_iq V_q a_q)/(sum_q w_iq V_q).
+/// Points to nodes and back, volume-weighted: avg_p = sum_i w_ip (sum_q w_iq V_q a_q)/(sum_q w_iq
+/// V_q).
 template <class K, class S, class E>
 void Solver<K, S, E>::average_over_nodes(std::vector<double>& field) {
   // `change` is free between stages: its first number holds the weight, its second the value
-  for_each_active_column(
-      [&](int i) { for_each_node_of_column(i, [](Node<dim>& node, const auto&) { node.change.setZero(); }); });
+  for_each_active_column([&](int i) {
+    for_each_node_of_column(i, [](Node<dim>& node, const auto&) { node.change.setZero(); });
+  });
   for_each_point([&](std::size_t p) {
     const double v = stage_.volume(p);
     for_each_weight(p, [&](Node<dim>& node, double w) {
@@ -487,9 +538,10 @@ void Solver<K, S, E>::measure_held_energy() {
   }
 }
 
-/// That of the fastest point, and no point may cross more than a fifth of a cell per step. A law may lose all its stress, and
-/// with it all that limits the step; what it meets when contact comes back is not known before, but the step that was stable at
-/// the start, four times, still finds it in time.
+/// That of the fastest point, and no point may cross more than a fifth of a cell per step. A law
+/// may lose all its stress, and with it all that limits the step; what it meets when contact comes
+/// back is not known before, but the step that was stable at the start, four times, still finds it
+/// in time.
 template <class K, class S, class E>
 TimeStep Solver<K, S, E>::stable_step() const {
   TimeStep out{std::numeric_limits<double>::infinity(), Limit::none, 0};

@@ -25,9 +25,10 @@ class WideArray {
   using Scalar = Real;
   WideArray() = default;
   template <class... Component>
-    requires(sizeof...(Component) == N)
-  WideArray(const Component&... c) : c_{same(c)...} {}
-  WideArray(const WideArray& a) { each([&](int i) { c_[i] = same(a.c_[i]); }); }
+  requires(sizeof...(Component) == N) WideArray(const Component&... c) : c_{same(c)...} {}
+  WideArray(const WideArray& a) {
+    each([&](int i) { c_[i] = same(a.c_[i]); });
+  }
   WideArray& operator=(const WideArray& a) {
     each([&](int i) { c_[i] = same(a.c_[i]); });
     return *this;
@@ -58,7 +59,8 @@ class WideArray {
  private:
   template <class F>
   static void each(F&& f) {
-    [&]<int... i>(std::integer_sequence<int, i...>) { (f(i), ...); }(std::make_integer_sequence<int, N>());
+    [&]<int... i>(std::integer_sequence<int, i...>) { (f(i), ...); }
+    (std::make_integer_sequence<int, N>());
   }
   template <class F>
   static WideArray of(F&& f) {
@@ -82,11 +84,13 @@ using WideTensor = WideArray<6>;
 
 /// A vector of `Dim` axes.
 template <int Dim, class Real>
-using VectorOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, 1>, WideArray<Dim, Real>>;
+using VectorOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, 1>,
+                                    WideArray<Dim, Real>>;
 
 /// A matrix of `Dim` by `Dim`; of several points at once, by columns.
 template <int Dim, class Real>
-using MatrixOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, Dim>, std::array<WideArray<Dim, Real>, Dim>>;
+using MatrixOf = std::conditional_t<std::is_same_v<Real, double>, Eigen::Matrix<double, Dim, Dim>,
+                                    std::array<WideArray<Dim, Real>, Dim>>;
 
 /// SymTensor for Real = double.
 template <class Real>
@@ -137,18 +141,23 @@ template <class T>
 Tensor<typename T::Scalar> square(const T& a) {
   constexpr double r = 1.0 / std::numbers::sqrt2;
   return Tensor<typename T::Scalar>{a[0] * a[0] + 0.5 * (a[3] * a[3] + a[5] * a[5]),
-                   a[1] * a[1] + 0.5 * (a[3] * a[3] + a[4] * a[4]),
-                   a[2] * a[2] + 0.5 * (a[4] * a[4] + a[5] * a[5]),
-                   a[3] * (a[0] + a[1]) + r * a[4] * a[5],
-                   a[4] * (a[1] + a[2]) + r * a[3] * a[5],
-                   a[5] * (a[0] + a[2]) + r * a[3] * a[4]};
+                                    a[1] * a[1] + 0.5 * (a[3] * a[3] + a[4] * a[4]),
+                                    a[2] * a[2] + 0.5 * (a[4] * a[4] + a[5] * a[5]),
+                                    a[3] * (a[0] + a[1]) + r * a[4] * a[5],
+                                    a[4] * (a[1] + a[2]) + r * a[3] * a[5],
+                                    a[5] * (a[0] + a[2]) + r * a[3] * a[4]};
 }
 
 template <class E>
 Tensor<typename E::Scalar> from_matrix(const Eigen::MatrixBase<E>& matrix) {
   const Eigen::Matrix<typename E::Scalar, 3, 3> m = matrix;
   constexpr double r = 1.0 / std::numbers::sqrt2;
-  return {m(0, 0), m(1, 1), m(2, 2), r * (m(0, 1) + m(1, 0)), r * (m(1, 2) + m(2, 1)), r * (m(2, 0) + m(0, 2))};
+  return {m(0, 0),
+          m(1, 1),
+          m(2, 2),
+          r * (m(0, 1) + m(1, 0)),
+          r * (m(1, 2) + m(2, 1)),
+          r * (m(2, 0) + m(0, 2))};
 }
 
 template <class T>

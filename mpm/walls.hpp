@@ -18,7 +18,8 @@ struct Wall {
   Contact contact = Contact::roller;
   double friction = 0.0;  // of a coulomb wall [-]
 
-  /// Velocity after contact; `side` is +1 where the body lies on the positive side of the wall, else -1.
+  /// Velocity after contact; `side` is +1 where the body lies on the positive side of the wall,
+  /// else -1.
   template <class Vec>
   Vec apply(Vec v, int axis, double side) const {
     if (contact == Contact::fixed) return Vec::Zero();
@@ -40,7 +41,9 @@ struct Wall {
 struct Gate {
   double position = 0.0, speed = 0.0;
   bool present = false;
-  bool closes(double x, double y, double time) const { return present && x >= position && y >= speed * time; }
+  bool closes(double x, double y, double time) const {
+    return present && x >= position && y >= speed * time;
+  }
 };
 
 /// walls[axis][0] at the low end, [1] at the high end.

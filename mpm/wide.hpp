@@ -17,8 +17,10 @@ namespace grainpair {
 using Wide = std::experimental::simd<double, std::experimental::simd_abi::deduce_t<double, 4>>;
 
 /// Eight points in single precision, as many as fill the same registers: the points of two Wides.
-using WideFloat = std::experimental::simd<float, std::experimental::simd_abi::deduce_t<float, 2 * Wide::size()>>;
-using Float = std::experimental::simd<float, std::experimental::simd_abi::deduce_t<float, Wide::size()>>;  // half of it
+using WideFloat =
+    std::experimental::simd<float, std::experimental::simd_abi::deduce_t<float, 2 * Wide::size()>>;
+using Float = std::experimental::simd<
+    float, std::experimental::simd_abi::deduce_t<float, Wide::size()>>;  // half of it
 /// The Wides that hold a Real's points in double precision.
 template <class Real>
 using Halves = std::array<Wide, std::is_same_v<Real, WideFloat> ? 2 : 1>;
@@ -61,7 +63,9 @@ inline WideFloat larger(const WideFloat& a, const WideFloat& b) { return select(
 inline WideFloat smaller(const WideFloat& a, const WideFloat& b) { return select(b < a, b, a); }
 
 inline double clamped(double x, double low, double high) { return smaller(larger(x, low), high); }
-inline Wide clamped(const Wide& x, const Wide& low, const Wide& high) { return smaller(larger(x, low), high); }
+inline Wide clamped(const Wide& x, const Wide& low, const Wide& high) {
+  return smaller(larger(x, low), high);
+}
 
 /// A scalar function of each lane, for what is rare.
 template <class F>
@@ -103,7 +107,15 @@ struct NumTraitsOf : Eigen::GenericNumTraits<Several> {
   using NonInteger = Several;
   using Nested = Several;
   using Literal = typename Several::value_type;
-  enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 0, ReadCost = 1, AddCost = 1, MulCost = 1 };
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 0,
+    ReadCost = 1,
+    AddCost = 1,
+    MulCost = 1
+  };
 };
 
 }  // namespace grainpair

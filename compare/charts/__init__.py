@@ -20,11 +20,28 @@ LABEL = {"mpm": "MPM", "dem": "DEM"}
 COLOUR = {"mpm": MPM, "dem": DEM}
 
 STYLE = {
-    "font.family": "DejaVu Sans", "font.size": 9.5, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fontsize": 9,
-    "axes.edgecolor": "#8a8f98", "axes.labelcolor": INK, "text.color": INK, "xtick.color": INK, "ytick.color": INK,
-    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e4e6ea",
-    "grid.linewidth": 0.7, "axes.axisbelow": True, "legend.frameon": False, "lines.linewidth": 1.6,
-    "figure.facecolor": PAPER, "savefig.facecolor": PAPER, "svg.fonttype": "path", "svg.hashsalt": "grainpair",
+    "font.family": "DejaVu Sans",
+    "font.size": 9.5,
+    "axes.titlesize": 10,
+    "axes.labelsize": 9.5,
+    "legend.fontsize": 9,
+    "axes.edgecolor": "#8a8f98",
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e4e6ea",
+    "grid.linewidth": 0.7,
+    "axes.axisbelow": True,
+    "legend.frameon": False,
+    "lines.linewidth": 1.6,
+    "figure.facecolor": PAPER,
+    "savefig.facecolor": PAPER,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "grainpair",
 }
 WIDE, NARROW = 10.0, 3.9  # inches
 
@@ -45,7 +62,9 @@ def chart(title: str, order: int):
 
     def register(function):
         folder = function.__module__.rpartition(".")[0]
-        REGISTRY.setdefault(folder, {})[function.__name__] = Chart(function.__name__, title, order, function)
+        REGISTRY.setdefault(folder, {})[function.__name__] = Chart(
+            function.__name__, title, order, function
+        )
         return function
 
     return register
@@ -61,8 +80,16 @@ def all_charts(folder: str = __name__) -> list[Chart]:
 def panels(count: int, narrow: bool, height: float = 3.0, **options):
     """A figure with `count` axes of `height` inches: in a row, or in a column on a narrow page."""
     if narrow:
-        figure, axes = plt.subplots(count, 1, figsize=(NARROW, 0.92 * height * count), squeeze=False,
-                                    layout="constrained", **options)
+        figure, axes = plt.subplots(
+            count,
+            1,
+            figsize=(NARROW, 0.92 * height * count),
+            squeeze=False,
+            layout="constrained",
+            **options,
+        )
     else:
-        figure, axes = plt.subplots(1, count, figsize=(WIDE, height), squeeze=False, layout="constrained", **options)
+        figure, axes = plt.subplots(
+            1, count, figsize=(WIDE, height), squeeze=False, layout="constrained", **options
+        )
     return figure, axes.ravel()

@@ -14,7 +14,16 @@ def map_granular_temperature(comparison, narrow):
         own = "granular_temperature_state" if run.engine == "mpm" else "granular_temperature"
         return np.maximum(run.fields[own][frame], 1e-12 * scale) / scale
 
-    figure = draw_maps(comparison, narrow, temperature, "granular temperature $T/(g d)$", LogNorm(1e-4, 10.0), "magma")
-    return figure, ("Granular temperature: the grains' is measured, the mean square velocity about the local affine flow, "
-                    "corrected for the few grains under the kernel; the continuum's is its state variable. Values below "
-                    "the scale are drawn in its darkest colour.")
+    figure = draw_maps(
+        comparison,
+        narrow,
+        temperature,
+        "granular temperature $T/(g d)$",
+        LogNorm(1e-4, 10.0),
+        "magma",
+    )
+    return figure, (
+        "Granular temperature: the grains' is measured, the mean square velocity about the local affine flow, "
+        "corrected for the few grains under the kernel; the continuum's is its state variable. Values below "
+        "the scale are drawn in its darkest colour."
+    )

@@ -13,7 +13,15 @@ def map_speed(comparison, narrow):
     def speed(run, frame):
         return np.linalg.norm(run.fields["velocity"][frame], axis=-1) / scale
 
-    fastest = max(np.nanpercentile(speed(run, frame), 99.0)
-                  for pair in instants(comparison) for run, frame in zip(comparison.first, pair))
-    figure = draw_maps(comparison, narrow, speed, r"speed $|V|/\sqrt{gH}$", Normalize(0.0, fastest), "cividis")
-    return figure, "Speed of the mapped velocity (momentum over density), the same kernel on both sides."
+    fastest = max(
+        np.nanpercentile(speed(run, frame), 99.0)
+        for pair in instants(comparison)
+        for run, frame in zip(comparison.first, pair)
+    )
+    figure = draw_maps(
+        comparison, narrow, speed, r"speed $|V|/\sqrt{gH}$", Normalize(0.0, fastest), "cividis"
+    )
+    return (
+        figure,
+        "Speed of the mapped velocity (momentum over density), the same kernel on both sides.",
+    )

@@ -25,9 +25,21 @@ def surface_profiles(comparison, narrow):
             ax.plot(x, h, color=colour, linestyle=style)
             far = max(far, x[h > 0.0].max(initial=1.0))
     ax.set(xlabel="$x/L_0$", ylabel="$h/L_0$", xlim=(0.0, far + 0.1), ylim=(0.0, None))
-    engines = [Line2D([], [], color=INK, label="MPM"), Line2D([], [], color=INK, linestyle=DASHED, label="DEM")]
-    times = [Line2D([], [], color=c, label="end" if f == end else f"t = {tau[f[0]]:.1f} √(H/g)")
-             for f, c in zip(shown, colours)]
-    ax.legend(handles=engines + times, loc="upper right", ncols=1 if narrow else 2, fontsize=8 if narrow else 9)
-    return figure, ("Free surface of the continuum (solid) and of the grains (dashed) at the same instants and at the end "
-                    "of each: where the mapped solid fraction, followed up from the floor, falls below half of the bulk's.")
+    engines = [
+        Line2D([], [], color=INK, label="MPM"),
+        Line2D([], [], color=INK, linestyle=DASHED, label="DEM"),
+    ]
+    times = [
+        Line2D([], [], color=c, label="end" if f == end else f"t = {tau[f[0]]:.1f} √(H/g)")
+        for f, c in zip(shown, colours)
+    ]
+    ax.legend(
+        handles=engines + times,
+        loc="upper right",
+        ncols=1 if narrow else 2,
+        fontsize=8 if narrow else 9,
+    )
+    return figure, (
+        "Free surface of the continuum (solid) and of the grains (dashed) at the same instants and at the end "
+        "of each: where the mapped solid fraction, followed up from the floor, falls below half of the bulk's."
+    )

@@ -11,5 +11,8 @@ def ledger_drift() -> float:
     metrics("column_ci")
     with h5py.File(ROOT / "runs" / "claims" / "column_ci" / "mpm.h5") as file:
         energy = {name: column[()] for name, column in file["energy"].items()}
-    total = sum(energy[name] for name in ("kinetic", "potential", "elastic", "fluctuation", "dissipated", "unaccounted"))
+    total = sum(
+        energy[name]
+        for name in ("kinetic", "potential", "elastic", "fluctuation", "dissipated", "unaccounted")
+    )
     return float(np.ptp(total) / (energy["potential"][0] - energy["potential"][-1]))

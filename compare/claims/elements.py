@@ -15,9 +15,16 @@ from compare.element_model import Card, Model
 def median_errors() -> dict[tuple[str, str], float]:
     """By quantity ("shear pressure") and card."""
     blocks, grains = calibration.evidence(ROOT / "cases")
-    rows = table(blocks, {name: Model(Card.read(name), grains) for name in ("seed_table1", "dem_mu05")})
+    rows = table(
+        blocks, {name: Model(Card.read(name), grains) for name in ("seed_table1", "dem_mu05")}
+    )
     keys = dict.fromkeys((row["quantity"], row["card"]) for row in rows)
-    return {key: float(np.median([abs(row["error"]) for row in rows if (row["quantity"], row["card"]) == key])) for key in keys}
+    return {
+        key: float(
+            np.median([abs(row["error"]) for row in rows if (row["quantity"], row["card"]) == key])
+        )
+        for key in keys
+    }
 
 
 def _of(quantity: str, card: str):

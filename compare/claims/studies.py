@@ -15,7 +15,10 @@ def cheapest_deposit() -> tuple[float, float]:
     scene = case.load(CI)
     grains = json.loads((CI / "reference" / "grains.json").read_text())
     made = point.measure(CI, recipe.Recipe("mpm", ("material.law=mu_i", "mpm.cell_size=0.004")))
-    return (signature.errors(made, grains["mean"], scene)["deposit"], frontier.grain_cost(grains) / signature.cost(made))
+    return (
+        signature.errors(made, grains["mean"], scene)["deposit"],
+        frontier.grain_cost(grains) / signature.cost(made),
+    )
 
 
 def deposit_error() -> float:
@@ -29,5 +32,5 @@ def times_cheaper() -> float:
 def stable_fraction() -> float:
     """Largest stable mpm.time_step_fraction of the defaults on 4 mm cells, from below, to 10 %. [-]"""
     plane = recipe.study(case.load(CI), "atlas")["plane"][0] | {"values": [0.004]}
-    (_, task), = atlas.rows_of(plane, 60.0)
+    ((_, task),) = atlas.rows_of(plane, 60.0)
     return boundary.bisect(boundary.runs_of(Path(CI), task), *plane["between"])[1]

@@ -21,14 +21,23 @@ import matplotlib.pyplot as plt  # noqa: E402
 
 # duration [s] and D = [xx, yy, zz, xy, yz, zx] [1/s], compression positive, of each leg: sheared while loose, compressed onto
 # the critical-state locus and along it, opened, compressed again.
-LEGS = [(0.03, [2.0, -2.0, 0.0, 5.0, 0.0, 0.0]), (0.03, [2.0 + 0.04 / 3, -2.0 + 0.04 / 3, 0.04 / 3, 5.0, 0.0, 0.0]),
-        (0.02, [2.0 - 0.1 / 3, -2.0 - 0.1 / 3, -0.1 / 3, 5.0, 0.0, 0.0]), (0.02, [2.0 + 0.11 / 3, -2.0 + 0.11 / 3, 0.11 / 3, 5.0, 0.0, 0.0])]
+LEGS = [
+    (0.03, [2.0, -2.0, 0.0, 5.0, 0.0, 0.0]),
+    (0.03, [2.0 + 0.04 / 3, -2.0 + 0.04 / 3, 0.04 / 3, 5.0, 0.0, 0.0]),
+    (0.02, [2.0 - 0.1 / 3, -2.0 - 0.1 / 3, -0.1 / 3, 5.0, 0.0, 0.0]),
+    (0.02, [2.0 + 0.11 / 3, -2.0 + 0.11 / 3, 0.11 / 3, 5.0, 0.0, 0.0]),
+]
 STEPS = (5, 10, 20, 50, 100, 200, 500, 1000, 2000)  # per leg
 REFERENCE = 5000  # steps per leg
 
 
 def arguments(parser):
-    parser.add_argument("--case", type=Path, default=ROOT / "cases" / "column", help="case the material comes from (column)")
+    parser.add_argument(
+        "--case",
+        type=Path,
+        default=ROOT / "cases" / "column",
+        help="case the material comes from (column)",
+    )
     parser.add_argument("--out", type=Path, default=Path("accuracy.svg"), help="figure to write")
 
 
@@ -39,9 +48,13 @@ def run(options) -> int:
         for steps in STEPS:
             end, cost = drive(options.case, integrator, steps)
             rows.append((integrator, steps, *errors(end, reference), cost, int(end["switches"])))
-    print("integrator       steps/leg  strain/step  stress error  dissipation error  ns/update  switches")
+    print(
+        "integrator       steps/leg  strain/step  stress error  dissipation error  ns/update  switches"
+    )
     for integrator, steps, stress, dissipation, cost, switches in rows:
-        print(f"{integrator:<16} {steps:>9}  {0.3 / steps:>11.1e}  {stress:>12.1e}  {dissipation:>17.1e}  {cost:>9.0f}  {switches:>8}")
+        print(
+            f"{integrator:<16} {steps:>9}  {0.3 / steps:>11.1e}  {stress:>12.1e}  {dissipation:>17.1e}  {cost:>9.0f}  {switches:>8}"
+        )
     draw(rows, options.out)
     print(options.out)
     return 0
@@ -49,22 +62,40 @@ def run(options) -> int:
 
 def drive(case: Path, integrator: str, steps: int) -> tuple[dict, float]:
     """Stress at 25 instants of each leg's grid or fewer, dissipation, and the cost [ns] of one update (least of three runs)."""
-    text = [f"case = {json.dumps(str(case.resolve()))}", f'set = ["material.law=critical_state", "material.integrator={integrator}"]',
-            f"every = {max(steps // 5, 1)}", "[start]", "void_ratio = 0.71", "stress = [750.0, 1500.0, 750.0, 0.0, 0.0, 0.0]"]
+    text = [
+        f"case = {json.dumps(str(case.resolve()))}",
+        f'set = ["material.law=critical_state", "material.integrator={integrator}"]',
+        f"every = {max(steps // 5, 1)}",
+        "[start]",
+        "void_ratio = 0.71",
+        "stress = [750.0, 1500.0, 750.0, 0.0, 0.0, 0.0]",
+    ]
     for duration, rate in LEGS:
-        text += ["[[leg]]", 'path = "strain"', f"duration = {duration}", f"rate = {rate}", f"steps = {steps}"]
+        text += [
+            "[[leg]]",
+            'path = "strain"',
+            f"duration = {duration}",
+            f"rate = {rate}",
+            f"steps = {steps}",
+        ]
     with tempfile.TemporaryDirectory(prefix="grainpair_") as folder:
         path, out = Path(folder) / "path.toml", Path(folder) / "point.h5"
         path.write_text("\n".join(text) + "\n")
         costs = []
         for _ in range(3):
-            done = subprocess.run([program("mpm_point"), path, "-o", out], capture_output=True, text=True)
+            done = subprocess.run(
+                [program("mpm_point"), path, "-o", out], capture_output=True, text=True
+            )
             if done.returncode:
                 raise EngineError(f"mpm_point: {done.stderr.strip()}")
             with h5py.File(out) as file:
                 costs.append(1e9 * file.attrs["update_seconds"] / file.attrs["updates"])
                 stress = np.array([file[f"sigma_q_{name}"][:] for name in ("xx", "yy", "zz", "xy")])
-                end = {"stress": stress, "dissipation": file["plastic_dissipation"][-1], "switches": file.attrs["regime_switches"]}
+                end = {
+                    "stress": stress,
+                    "dissipation": file["plastic_dissipation"][-1],
+                    "switches": file.attrs["regime_switches"],
+                }
     return end, min(costs)
 
 
@@ -80,8 +111,12 @@ def draw(rows: list, out: Path):
     for integrator, marker in (("implicit", "o"), ("dormand_prince", "s")):
         own = [row for row in rows if row[0] == integrator]
         for axis, column in zip(axes, (2, 3)):
-            axis.loglog([row[column] for row in own], [row[1] * len(LEGS) * row[4] * 1e-3 for row in own], marker=marker,
-                        label=integrator.replace("_", "–").replace("dormand–prince", "Dormand–Prince"))
+            axis.loglog(
+                [row[column] for row in own],
+                [row[1] * len(LEGS) * row[4] * 1e-3 for row in own],
+                marker=marker,
+                label=integrator.replace("_", "–").replace("dormand–prince", "Dormand–Prince"),
+            )
     axes[0].set(xlabel="error of the quasi-static stress", ylabel="time for the path [µs]")
     axes[1].set(xlabel="error of the plastic dissipation")
     axes[0].legend(frameon=False)

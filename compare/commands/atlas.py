@@ -14,12 +14,17 @@ from compare.study import atlas, page, provenance, recipe, sweep
 
 
 def arguments(parser):
-    parser.add_argument("case", metavar="CASE", help="case file, folder that holds case.toml, or name of a folder in cases/")
+    parser.add_argument(
+        "case",
+        metavar="CASE",
+        help="case file, folder that holds case.toml, or name of a folder in cases/",
+    )
     sweep.arguments(parser)
 
 
 def run(options) -> int:
     from compare.charts.study import atlas as chart  # matplotlib takes its time to load
+
     scene = case.load(find_case(options.case))
     study = recipe.study(scene, "atlas")
     timeout, planes = study["timeout"], study.get("plane", [])
@@ -31,10 +36,24 @@ def run(options) -> int:
     rows = [[(value, done[atlas.key(task, scene)]) for value, task in one] for one in asked]
 
     pairs = [atlas.recipes_of(failure, timeout) for failure in failures]
-    series = [[recipe.Recipe("mpm", (*(recipe.assignment(*item) for item in trend["set"].items()),
-                                     recipe.assignment(trend["along"], value)), trend["name"], timeout)
-               for value in trend["values"]] for trend in trends]
-    points = iter(sweep.run_recipes(scene, [one for group in [*pairs, *series] for one in group], options))
+    series = [
+        [
+            recipe.Recipe(
+                "mpm",
+                (
+                    *(recipe.assignment(*item) for item in trend["set"].items()),
+                    recipe.assignment(trend["along"], value),
+                ),
+                trend["name"],
+                timeout,
+            )
+            for value in trend["values"]
+        ]
+        for trend in trends
+    ]
+    points = iter(
+        sweep.run_recipes(scene, [one for group in [*pairs, *series] for one in group], options)
+    )
     shown = [(next(points), next(points)) for _ in pairs]
     trended = [[next(points) for _ in group] for group in series]
 
@@ -43,21 +62,41 @@ def run(options) -> int:
     tables, figures = {}, []
     if planes:
         tables["Every run of the planes"] = atlas.table(planes, rows, scene)
-        provenance.save(tables["Every run of the planes"], out / "boundaries.csv", origin, "a row is one run; times_default and times_limit: "
-                        "boundary over the default and over the claimed limit")
-        words = [f"{plane['name']}: {sentence}" for plane, found in zip(planes, rows) for sentence in atlas.sentences(plane, found, scene)]
+        provenance.save(
+            tables["Every run of the planes"],
+            out / "boundaries.csv",
+            origin,
+            "a row is one run; times_default and times_limit: "
+            "boundary over the default and over the claimed limit",
+        )
+        words = [
+            f"{plane['name']}: {sentence}"
+            for plane, found in zip(planes, rows)
+            for sentence in atlas.sentences(plane, found, scene)
+        ]
         figures.append(("Planes", words, chart.draw(planes, rows, scene, out / "atlas")))
         print(*words, sep="\n")
     if failures:
         tables["Failures known by name"] = named = atlas.failure_table(failures, shown, scene)
-        provenance.save(named, out / "failures.csv", origin, "each failure with the recipe that shows it")
+        provenance.save(
+            named, out / "failures.csv", origin, "each failure with the recipe that shows it"
+        )
         for _, row in named.iterrows():
-            print(f"{row['failure']}: {'reproduced' if row['reproduced'] else 'NOT REPRODUCED'}, "
-                  f"{'absent' if row['absent_at_defaults'] else 'PRESENT'} at the defaults: {row['detected']}")
+            print(
+                f"{row['failure']}: {'reproduced' if row['reproduced'] else 'NOT REPRODUCED'}, "
+                f"{'absent' if row['absent_at_defaults'] else 'PRESENT'} at the defaults: {row['detected']}"
+            )
     if trends:
         tables["Damping as the step shrinks"] = measured = atlas.trend_table(trends, trended, scene)
-        provenance.save(measured, out / "trends.csv", origin, "damping: energy lost to the numerics over the time integral of kinetic energy")
-        figures.append(("Damping as the step shrinks", [], chart.draw_trends(measured, out / "damping")))
+        provenance.save(
+            measured,
+            out / "trends.csv",
+            origin,
+            "damping: energy lost to the numerics over the time integral of kinetic energy",
+        )
+        figures.append(
+            ("Damping as the step shrinks", [], chart.draw_trends(measured, out / "damping"))
+        )
         print(measured.drop(columns="command").to_string(index=False))
     page.write(out / "atlas.html", f"Stability: {scene['title']}", origin, figures, tables)
     print(out / "atlas.html")

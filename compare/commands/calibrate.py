@@ -13,26 +13,68 @@ from compare.element_model import Card
 from compare.programs import ROOT
 from dem_reference.output import commit
 
-SYMBOLS = {"critical_void_ratio": "e_c", "critical_state_slope": "a_L", "stress_ratio": "M_c", "bulk_stiffness": "k",
-           "shear_stiffness": "g", "stiffness_exponent": "n", "dilatancy": "δ", "effective_restitution": "ε_eff",
-           "collision_time_factor": "t_c factor", "correlation_factor": "L factor"}
+SYMBOLS = {
+    "critical_void_ratio": "e_c",
+    "critical_state_slope": "a_L",
+    "stress_ratio": "M_c",
+    "bulk_stiffness": "k",
+    "shear_stiffness": "g",
+    "stiffness_exponent": "n",
+    "dilatancy": "δ",
+    "effective_restitution": "ε_eff",
+    "collision_time_factor": "t_c factor",
+    "correlation_factor": "L factor",
+}
 
 
 def arguments(parser):
-    parser.add_argument("--start", default="seed_table1", metavar="NAME", help="card the fit starts from (default: seed_table1)")
-    parser.add_argument("--card", default="dem_mu05", metavar="NAME", help="card to write (default: dem_mu05)")
-    parser.add_argument("--cases", type=Path, default=ROOT / "cases", metavar="DIR", help="folder of the element tests and their references")
-    parser.add_argument("--out", type=Path, default=ROOT / "cases" / "materials", metavar="DIR", help="where the card and the table go")
-    parser.add_argument("--bootstrap", type=int, default=30, metavar="N", help="fits to resampled seeds (default: 30)")
+    parser.add_argument(
+        "--start",
+        default="seed_table1",
+        metavar="NAME",
+        help="card the fit starts from (default: seed_table1)",
+    )
+    parser.add_argument(
+        "--card", default="dem_mu05", metavar="NAME", help="card to write (default: dem_mu05)"
+    )
+    parser.add_argument(
+        "--cases",
+        type=Path,
+        default=ROOT / "cases",
+        metavar="DIR",
+        help="folder of the element tests and their references",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=ROOT / "cases" / "materials",
+        metavar="DIR",
+        help="where the card and the table go",
+    )
+    parser.add_argument(
+        "--bootstrap",
+        type=int,
+        default=30,
+        metavar="N",
+        help="fits to resampled seeds (default: 30)",
+    )
 
 
 def run(options) -> int:
     start = Card.read(options.start)
     blocks, grains = calibration.evidence(options.cases)
-    resampled = [calibration.evidence(options.cases, calibration.resample(seed))[0] for seed in range(options.bootstrap)]
+    resampled = [
+        calibration.evidence(options.cases, calibration.resample(seed))[0]
+        for seed in range(options.bootstrap)
+    ]
     fit = calibration.fit(blocks, grains, start, resampled)
-    write(options.out / f"{options.card}.toml", lambda file: file.write(card_text(fit, blocks, grains, options)))
-    write(options.out / f"{options.card}.md", lambda file: file.write(table_text(fit, start, options)))
+    write(
+        options.out / f"{options.card}.toml",
+        lambda file: file.write(card_text(fit, blocks, grains, options)),
+    )
+    write(
+        options.out / f"{options.card}.md", lambda file: file.write(table_text(fit, start, options))
+    )
     print(table_text(fit, start, options), end="")
     print(options.out / f"{options.card}.toml", options.out / f"{options.card}.md", sep="\n")
     return 0
@@ -40,32 +82,54 @@ def run(options) -> int:
 
 def card_text(fit: Fit, blocks: list, grains, options) -> str:
     """The material card, with where it comes from and every constant's uncertainty in comments."""
-    lines = [f"# {options.card}: calibrated on grains of d = {grains.diameter * 1e3:g} mm, E_p = {grains.young_modulus:g} Pa, "
-             f"e_n = {grains.restitution:g}, mu = {grains.friction:g},",
-             "# in the element tests shear, cooling, triaxial and isotropic alone; no column was used.",
-             f"# Command: grainpair calibrate --start {options.start} --card {options.card} --bootstrap {options.bootstrap}",
-             f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",
-             f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of {calibration.MODEL_ERROR:.0%} "
-             "beside the DEM's:", "# 1 per observation would be a perfect law, so most of the rest is what the law cannot follow."]
+    lines = [
+        f"# {options.card}: calibrated on grains of d = {grains.diameter * 1e3:g} mm, E_p = {grains.young_modulus:g} Pa, "
+        f"e_n = {grains.restitution:g}, mu = {grains.friction:g},",
+        "# in the element tests shear, cooling, triaxial and isotropic alone; no column was used.",
+        f"# Command: grainpair calibrate --start {options.start} --card {options.card} --bootstrap {options.bootstrap}",
+        f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",
+        f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of {calibration.MODEL_ERROR:.0%} "
+        "beside the DEM's:",
+        "# 1 per observation would be a perfect law, so most of the rest is what the law cannot follow.",
+    ]
     for block in blocks:
-        lines.append(f"#   {block.kind}: {len(block.measured)} points, DEM scatter {block.error.mean():.3f}")
-    lines += ["# +-: standard error from the covariance, scaled by the misfit; in brackets the scatter over fits to resampled seeds.",
-              "[material]"]
+        lines.append(
+            f"#   {block.kind}: {len(block.measured)} points, DEM scatter {block.error.mean():.3f}"
+        )
+    lines += [
+        "# +-: standard error from the covariance, scaled by the misfit; in brackets the scatter over fits to resampled seeds.",
+        "[material]",
+    ]
     for name in NAMES:
-        bound = "; at the edge of its interval: not determined by these tests" if name in fit.at_bound else ""
-        lines.append(f"{name} = {getattr(fit.card, name):.4g}  # {SYMBOLS[name]} +- {fit.standard_error[name]:.2g} "
-                     f"({fit.bootstrap[name]:.2g}){bound}")
-    lines += [f'critical_state_form = "{fit.card.critical_state_form}"  # of the three forms the one that fits best',
-              f"loose_void_ratio = {fit.card.loose_void_ratio:g}  # kept from {options.start}"]
+        bound = (
+            "; at the edge of its interval: not determined by these tests"
+            if name in fit.at_bound
+            else ""
+        )
+        lines.append(
+            f"{name} = {getattr(fit.card, name):.4g}  # {SYMBOLS[name]} +- {fit.standard_error[name]:.2g} "
+            f"({fit.bootstrap[name]:.2g}){bound}"
+        )
+    lines += [
+        f'critical_state_form = "{fit.card.critical_state_form}"  # of the three forms the one that fits best',
+        f"loose_void_ratio = {fit.card.loose_void_ratio:g}  # kept from {options.start}",
+    ]
     return "\n".join(lines) + "\n"
 
 
 def table_text(fit: Fit, start: Card, options) -> str:
     """A Markdown table of both cards side by side."""
-    lines = [f"| constant | key | {options.start} | {options.card} | ± (misfit) | ± (seeds) |", "|---|---|---|---|---|---|"]
+    lines = [
+        f"| constant | key | {options.start} | {options.card} | ± (misfit) | ± (seeds) |",
+        "|---|---|---|---|---|---|",
+    ]
     for name in NAMES:
         edge = " (edge)" if name in fit.at_bound else ""
-        lines.append(f"| {SYMBOLS[name]} | {name} | {getattr(start, name):.4g} | {getattr(fit.card, name):.4g}{edge} | "
-                     f"{fit.standard_error[name]:.2g} | {fit.bootstrap[name]:.2g} |")
-    lines.append(f"| form of G₁ | critical_state_form | {start.critical_state_form} | {fit.card.critical_state_form} | | |")
+        lines.append(
+            f"| {SYMBOLS[name]} | {name} | {getattr(start, name):.4g} | {getattr(fit.card, name):.4g}{edge} | "
+            f"{fit.standard_error[name]:.2g} | {fit.bootstrap[name]:.2g} |"
+        )
+    lines.append(
+        f"| form of G₁ | critical_state_form | {start.critical_state_form} | {fit.card.critical_state_form} | | |"
+    )
     return "\n".join(lines) + "\n"

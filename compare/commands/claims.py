@@ -19,16 +19,21 @@ RELATIONS = {
 
 
 def arguments(parser):
-    parser.add_argument("--quick", action="store_true", help="measure again what takes seconds; exit code 1 where a "
-                        "figure no longer holds")
+    parser.add_argument(
+        "--quick",
+        action="store_true",
+        help="measure again what takes seconds; exit code 1 where a " "figure no longer holds",
+    )
 
 
 def run(options) -> int:
     claims = read()
     if not options.quick:
         for claim in claims:
-            print(f"{claim['id']}\n    {claim['statement']}\n    {figure(claim)}; target: {claim['target']}\n"
-                  f"    {claim['command']}")
+            print(
+                f"{claim['id']}\n    {claim['statement']}\n    {figure(claim)}; target: {claim['target']}\n"
+                f"    {claim['command']}"
+            )
         return 0
     broken = 0
     for claim in claims:
@@ -37,7 +42,9 @@ def run(options) -> int:
         measured = measure(claim["measure"])
         holds = RELATIONS[claim["relation"]](measured, claim)
         broken += not holds
-        print(f"{'holds ' if holds else 'BROKEN'}  {claim['id']:<40} measured {measured:.6g}, stated {figure(claim)}")
+        print(
+            f"{'holds ' if holds else 'BROKEN'}  {claim['id']:<40} measured {measured:.6g}, stated {figure(claim)}"
+        )
     print(f"grainpair claims: {broken} no longer hold" if broken else "grainpair claims: all hold")
     return int(broken > 0)
 
@@ -55,8 +62,10 @@ def read() -> list[dict]:
                 if key not in claim:
                     raise CaseError(f"{file}: claim '{claim.get('id', '?')}' has no '{key}'")
             if claim["relation"] not in RELATIONS:
-                raise CaseError(f"{file}: claim '{claim['id']}' has the unknown relation '{claim['relation']}' "
-                                f"(known: {', '.join(RELATIONS)})")
+                raise CaseError(
+                    f"{file}: claim '{claim['id']}' has the unknown relation '{claim['relation']}' "
+                    f"(known: {', '.join(RELATIONS)})"
+                )
             claims.append(claim)
     ids = [claim["id"] for claim in claims]
     for name in ids:
@@ -89,6 +98,9 @@ def measure(reference: str) -> float:
 def metrics(name: str) -> dict:
     """metrics.json of a fresh run of a case."""
     out = ROOT / "runs" / "claims" / name
-    subprocess.run([sys.executable, "-m", "compare.cli", "run", name, "--out", out, "--quiet"], check=True,
-                   stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [sys.executable, "-m", "compare.cli", "run", name, "--out", out, "--quiet"],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
     return json.loads((out / "metrics.json").read_text())

@@ -19,11 +19,31 @@ from compare.runs import open_run
 
 
 def arguments(parser):
-    parser.add_argument("run_or_case", nargs="?", default="column_full", metavar="RUN", help="mpm.h5, folder that holds one, or case (%(default)s)")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results (collapse/ beside the mpm.h5; of a case, runs/collapse/<case>)")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides", help="overrides a key of the case; may be repeated")
+    parser.add_argument(
+        "run_or_case",
+        nargs="?",
+        default="column_full",
+        metavar="RUN",
+        help="mpm.h5, folder that holds one, or case (%(default)s)",
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder of the results (collapse/ beside the mpm.h5; of a case, runs/collapse/<case>)",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="overrides",
+        help="overrides a key of the case; may be repeated",
+    )
     parser.add_argument("--threads", type=int, default=1, help="of the continuum (%(default)s)")
-    parser.add_argument("--table", type=Path, metavar="FILE", help="also keep the statements as CSV")
+    parser.add_argument(
+        "--table", type=Path, metavar="FILE", help="also keep the statements as CSV"
+    )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
 
 
@@ -39,14 +59,25 @@ def run(options) -> int:
         raise CaseError(f"{path}: --set has no effect on a run that is there give a case instead")
     else:
         out = options.out or path.parent / "collapse"
-    statements = collapse.make(path, out, (lambda *_: None) if options.quiet else
-                               (lambda fraction, text: print(f"{100 * fraction:3.0f} % {text}", file=sys.stderr, flush=True)))
+    statements = collapse.make(
+        path,
+        out,
+        (lambda *_: None)
+        if options.quiet
+        else (
+            lambda fraction, text: print(
+                f"{100 * fraction:3.0f} % {text}", file=sys.stderr, flush=True
+            )
+        ),
+    )
     if options.table:
         keep(statements, path, options.table)
     for name, s in statements.items():
         figure = "-" if s["figure"] is None else f"{s['figure']:.4g}"
         print(f"{s['verdict']:<14} {name:<34} {figure:>9} {s['unit']:<36} {s['bound']}")
-    print(f"numerical loss {100 * statements['kinetic_energy_vanishes']['numerical_loss']:.2f} % of the energy released")
+    print(
+        f"numerical loss {100 * statements['kinetic_energy_vanishes']['numerical_loss']:.2f} % of the energy released"
+    )
     print(out / "collapse.html")
     return 0
 
@@ -57,7 +88,16 @@ def solve(options) -> Path:
     out = options.out or Path("runs") / "collapse" / name_of(scene.path)
     out.mkdir(parents=True, exist_ok=True)
     sets = [word for assignment in options.overrides for word in ("--set", assignment)]
-    words = [program("mpm_run"), scene.path, *sets, "--progress", "--threads", options.threads, "-o", out / "mpm.h5"]
+    words = [
+        program("mpm_run"),
+        scene.path,
+        *sets,
+        "--progress",
+        "--threads",
+        options.threads,
+        "-o",
+        out / "mpm.h5",
+    ]
     run_stages([Stage("continuum (MPM)", words)], quiet=options.quiet)
     return out / "mpm.h5"
 
@@ -65,10 +105,21 @@ def solve(options) -> Path:
 def keep(statements: dict, path: Path, file: Path):
     """The statements as CSV below comment lines that say which run they are of."""
     attributes = open_run(path).attributes
-    rows = [{"statement": name} | {key: s[key] for key in ("figure", "unit", "bound", "verdict", "until", "numerical_loss", "words")}
-            for name, s in statements.items()]
-    command = attributes["command"].replace(f"{ROOT}/", "")  # as a user in the project's folder types it
-    head = [f"command: {command}; ./grainpair collapse", f"commit: {attributes['commit']}  date: {attributes['date']}",
-            f"{attributes['cpu_seconds']:.0f} s of processor time, ended by: {attributes['end_reason']}; warnings: {attributes.get('warnings', 'none')}",
-            "until [sqrt(H/g)]: when the figure is decided; numerical_loss: by then, over the energy released"]
+    rows = [
+        {"statement": name}
+        | {
+            key: s[key]
+            for key in ("figure", "unit", "bound", "verdict", "until", "numerical_loss", "words")
+        }
+        for name, s in statements.items()
+    ]
+    command = attributes["command"].replace(
+        f"{ROOT}/", ""
+    )  # as a user in the project's folder types it
+    head = [
+        f"command: {command}; ./grainpair collapse",
+        f"commit: {attributes['commit']}  date: {attributes['date']}",
+        f"{attributes['cpu_seconds']:.0f} s of processor time, ended by: {attributes['end_reason']}; warnings: {attributes.get('warnings', 'none')}",
+        "until [sqrt(H/g)]: when the figure is decided; numerical_loss: by then, over the energy released",
+    ]
     write_table(file, head, pd.DataFrame(rows))

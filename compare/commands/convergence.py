@@ -13,22 +13,38 @@ from compare.study import convergence, provenance, recipe, sweep
 
 
 def arguments(parser):
-    parser.add_argument("case", metavar="CASE", help="case file, folder that holds case.toml, or name of a folder in cases/")
+    parser.add_argument(
+        "case",
+        metavar="CASE",
+        help="case file, folder that holds case.toml, or name of a folder in cases/",
+    )
     sweep.arguments(parser)
 
 
 def run(options) -> int:
     from compare.charts.study import convergence as chart  # matplotlib takes its time to load
+
     scene = case.load(find_case(options.case))
     settings = convergence.plan(recipe.study(scene, "convergence"))
-    tasks = {(f"convergence-{one.key(scene)}"): one.as_json() for setting in settings for one in setting["recipes"]}
+    tasks = {
+        (f"convergence-{one.key(scene)}"): one.as_json()
+        for setting in settings
+        for one in setting["recipes"]
+    }
     points = sweep.sweep(scene, tasks, options, "compare.study.convergence")
-    found = [[points[f"convergence-{one.key(scene)}"] for one in setting["recipes"]] for setting in settings]
+    found = [
+        [points[f"convergence-{one.key(scene)}"] for one in setting["recipes"]]
+        for setting in settings
+    ]
     table = convergence.table(settings, found)
 
     out = options.out or Path("runs") / "studies" / name_of(scene.path) / "convergence"
-    provenance.save(table, out / "convergence.csv", provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
-                    "figures: compare/study/figures.py; change: of the mean, relative to the group's base, with the half-width of its 90 % interval")
+    provenance.save(
+        table,
+        out / "convergence.csv",
+        provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
+        "figures: compare/study/figures.py; change: of the mean, relative to the group's base, with the half-width of its 90 % interval",
+    )
     chart.draw(table, out / "convergence")
     judged = table[table["verdict"].notna()].drop(columns=["settings", "runs"])
     print(judged.to_string(index=False, float_format=lambda x: f"{x:.3g}"))

@@ -11,11 +11,18 @@ from compare.programs import program
 
 
 def arguments(parser):
-    parser.add_argument("word", nargs="?", default="", metavar="WORD", help="start of a key, or a case")
+    parser.add_argument(
+        "word", nargs="?", default="", metavar="WORD", help="start of a key, or a case"
+    )
 
 
 def run(options) -> int:
-    keys = subprocess.run([program("mpm_case"), "--describe", options.word], capture_output=True, text=True, check=True)
+    keys = subprocess.run(
+        [program("mpm_case"), "--describe", options.word],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     if keys.stdout:
         print(keys.stdout, end="")
     else:

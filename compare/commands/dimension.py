@@ -22,10 +22,34 @@ from compare.study.figures import JITTER, figures
 
 
 def arguments(parser):
-    parser.add_argument("case", nargs="?", default="column", metavar="CASE", help="case file, folder that holds case.toml, or name (%(default)s)")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides", help="overrides a key of the case; may be repeated")
-    parser.add_argument("--scatter", type=int, default=0, metavar="N", help="further runs in plane strain, perturbed (%(default)s)")
-    parser.add_argument("--table", type=Path, metavar="FILE", help="keep the rows as CSV; rows of other settings that it holds stay")
+    parser.add_argument(
+        "case",
+        nargs="?",
+        default="column",
+        metavar="CASE",
+        help="case file, folder that holds case.toml, or name (%(default)s)",
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="overrides",
+        help="overrides a key of the case; may be repeated",
+    )
+    parser.add_argument(
+        "--scatter",
+        type=int,
+        default=0,
+        metavar="N",
+        help="further runs in plane strain, perturbed (%(default)s)",
+    )
+    parser.add_argument(
+        "--table",
+        type=Path,
+        metavar="FILE",
+        help="keep the rows as CSV; rows of other settings that it holds stay",
+    )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
 
 
@@ -34,16 +58,46 @@ def run(options) -> int:
     sets = [*options.overrides, f"geometry.thickness={scene['mpm.cell_size']!r}"]
     # The step's limit falls as 1/√(dimensions) where stiffness sets it; there the scaled fraction gives the slab the steps of plane strain.
     equal = f"mpm.time_step_fraction={scene['mpm.time_step_fraction'] * np.sqrt(1.5)!r}"
-    plans = [("plane strain", 1, []), ("slab", 1, ["geometry.dimension=three_dimensional"]),
-             ("slab, step of plane strain", 1, ["geometry.dimension=three_dimensional", equal])]
-    plans += [("plane strain, perturbed", seed, [f"mpm.jitter={JITTER}"]) for seed in range(1, options.scatter + 1)]
+    plans = [
+        ("plane strain", 1, []),
+        ("slab", 1, ["geometry.dimension=three_dimensional"]),
+        ("slab, step of plane strain", 1, ["geometry.dimension=three_dimensional", equal]),
+    ]
+    plans += [
+        ("plane strain, perturbed", seed, [f"mpm.jitter={JITTER}"])
+        for seed in range(1, options.scatter + 1)
+    ]
     rows = []
     for name, seed, more in plans:
         with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
             result = Path(folder) / "mpm.h5"
             words = [word for assignment in sets + more for word in ("--set", assignment)]
-            run_stages([Stage(name, [program("mpm_run"), scene.path, *words, "--seed", seed, "--progress", "-o", result])], quiet=options.quiet)
-            rows.append({"settings": " ".join(options.overrides) or "as the case says", "kinematics": name, "seed": seed} | figures(open_run(result)))
+            run_stages(
+                [
+                    Stage(
+                        name,
+                        [
+                            program("mpm_run"),
+                            scene.path,
+                            *words,
+                            "--seed",
+                            seed,
+                            "--progress",
+                            "-o",
+                            result,
+                        ],
+                    )
+                ],
+                quiet=options.quiet,
+            )
+            rows.append(
+                {
+                    "settings": " ".join(options.overrides) or "as the case says",
+                    "kinematics": name,
+                    "seed": seed,
+                }
+                | figures(open_run(result))
+            )
     table = pd.DataFrame(rows)
     table["cost"] = table["cpu_seconds"] / table["cpu_seconds"].iloc[0]
     print(table.drop(columns="settings").to_string(index=False, float_format=lambda x: f"{x:.4g}"))
@@ -59,5 +113,10 @@ def keep(table: pd.DataFrame, path: Path):
         table = pd.concat([others[~others["settings"].isin(table["settings"])], table])
     origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
     del origin["commit"]  # every row has its solver's
-    provenance.save(table, path, origin, "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; "
-                    "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: processor time over plane strain's")
+    provenance.save(
+        table,
+        path,
+        origin,
+        "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; "
+        "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: processor time over plane strain's",
+    )

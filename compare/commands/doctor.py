@@ -16,30 +16,47 @@ def arguments(parser):
 
 
 def run(options) -> int:
-    checks = [*packages(), engine("liggghts", "-help"), engine("lmp", "-help"), *built(), *machine()]
+    checks = [
+        *packages(),
+        engine("liggghts", "-help"),
+        engine("lmp", "-help"),
+        *built(),
+        *machine(),
+    ]
     for good, what, detail in checks:
         print(f"{'ok     ' if good else 'MISSING'}  {what:<28} {detail}")
     missing = sum(not good for good, _, _ in checks)
-    print(f"grainpair doctor: {missing} of {len(checks)} checks need attention" if missing
-          else "grainpair doctor: nothing is missing")
+    print(
+        f"grainpair doctor: {missing} of {len(checks)} checks need attention"
+        if missing
+        else "grainpair doctor: nothing is missing"
+    )
     return 3 if missing else 0
 
 
 def output(command: list[str]) -> str:
     """What a command prints; empty if there is no such command."""
     try:
-        return subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=20).stdout
+        return subprocess.run(
+            command, capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=20
+        ).stdout
     except (OSError, subprocess.TimeoutExpired):
         return ""
 
 
 def packages():
-    wanted = [line.split("#")[0].strip() for line in (ROOT / "packages.txt").read_text().splitlines()]
+    wanted = [
+        line.split("#")[0].strip() for line in (ROOT / "packages.txt").read_text().splitlines()
+    ]
     wanted = [name for name in wanted if name]
     listed = output(["dpkg-query", "-W", "-f=${db:Status-Status} ${Package} ${Version}\n", *wanted])
-    versions = dict(line.split()[1:] for line in listed.splitlines() if line.startswith("installed "))
+    versions = dict(
+        line.split()[1:] for line in listed.splitlines() if line.startswith("installed ")
+    )
     for name in wanted:
-        yield name in versions, f"package {name}", versions.get(name, f"install it with: apt-get install {name}")
+        yield name in versions, f"package {name}", versions.get(
+            name, f"install it with: apt-get install {name}"
+        )
 
 
 def engine(name: str, flag: str):
@@ -62,7 +79,9 @@ def built():
 
 def machine():
     system = platform.freedesktop_os_release()
-    yield system.get("ID") == "debian" and system.get("VERSION_ID") == "12", "system", system["PRETTY_NAME"]
+    yield system.get("ID") == "debian" and system.get("VERSION_ID") == "12", "system", system[
+        "PRETTY_NAME"
+    ]
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     yield memory >= MEMORY, "memory", f"{memory:.1f} GiB (at least {MEMORY:g})"
     disk = shutil.disk_usage(ROOT).free / 2**30

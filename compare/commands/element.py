@@ -29,37 +29,74 @@ CARDS = ("seed_table1", "dem_mu05")
 
 def arguments(parser):
     parser.add_argument("case", type=Path, metavar="CASE", help="such as cases/shear")
-    parser.add_argument("--quick", action="store_true", help="measure one small point in place of the reference's")
-    parser.add_argument("--card", action="append", metavar="NAME", help=f"material card, may be repeated (default: {', '.join(CARDS)})")
-    parser.add_argument("--cores", type=int, default=1, metavar="N", help="points measured at a time (default: 1)")
-    parser.add_argument("--closed-form", action="store_true", help="the law by its closed forms, not by mpm_point")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results (default: runs/element/<test>)")
+    parser.add_argument(
+        "--quick", action="store_true", help="measure one small point in place of the reference's"
+    )
+    parser.add_argument(
+        "--card",
+        action="append",
+        metavar="NAME",
+        help=f"material card, may be repeated (default: {', '.join(CARDS)})",
+    )
+    parser.add_argument(
+        "--cores", type=int, default=1, metavar="N", help="points measured at a time (default: 1)"
+    )
+    parser.add_argument(
+        "--closed-form", action="store_true", help="the law by its closed forms, not by mpm_point"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder of the results (default: runs/element/<test>)",
+    )
 
 
 def run(options) -> int:
     case = Case(options.case)
     if case.test not in calibration.TESTS:
-        raise CaseError(f"{case.path}: the law has no counterpart of a {case.test} test (it is a check of the engines) "
-                        f"use one of {', '.join(calibration.TESTS)}")
+        raise CaseError(
+            f"{case.path}: the law has no counterpart of a {case.test} test (it is a check of the engines) "
+            f"use one of {', '.join(calibration.TESTS)}"
+        )
     rate = {"inertial_number": case["triaxial.inertial_number"]} if case.test == "triaxial" else {}
-    models = {name: Model(Card.read(name), case.grains) if options.closed_form else PointModel(Card.read(name), case.grains, **rate)
-              for name in options.card or CARDS}
-    rows = campaign.run_point(case, campaign.quick_point(case)) if options.quick else reference(case, options.cores)
+    models = {
+        name: Model(Card.read(name), case.grains)
+        if options.closed_form
+        else PointModel(Card.read(name), case.grains, **rate)
+        for name in options.card or CARDS
+    }
+    rows = (
+        campaign.run_point(case, campaign.quick_point(case))
+        if options.quick
+        else reference(case, options.cores)
+    )
     measured = [row for row in rows if row["status"] == "measured"]
     failed = sorted({row["status"] for row in rows} - {"measured"})
     if not measured:
         raise EngineError(f"{case.path}: no point could be measured ({'; '.join(failed)})")
 
-    out = options.out or ROOT / "runs" / "element" / (case.test + ("_quick" if options.quick else ""))
+    out = options.out or ROOT / "runs" / "element" / (
+        case.test + ("_quick" if options.quick else "")
+    )
     blocks = getattr(calibration, f"{case.test}_blocks")(measured, lambda seeds: seeds)
     errors = table(blocks, models)
     sentences = verdicts(errors) + [f"not measured: {reason}" for reason in failed]
     if case.test == "shear" and not options.quick:
         walls = records.read(campaign.reference_file(Case(ROOT / "cases" / "bumpy_shear")))
-        sentences += cross_check.sentences([row for row in walls if row["status"] == "measured"], measured, case.grains.density)
-    files = importlib.import_module(f"compare.charts.element.{case.test}").draw(measured, models, out / case.test)
+        sentences += cross_check.sentences(
+            [row for row in walls if row["status"] == "measured"], measured, case.grains.density
+        )
+    files = importlib.import_module(f"compare.charts.element.{case.test}").draw(
+        measured, models, out / case.test
+    )
     write(out / "errors.csv", lambda file: write_csv(file, errors))
-    write(out / "errors.json", lambda file: json.dump({"title": case["title"], "verdicts": sentences, "errors": errors}, file, indent=1))
+    write(
+        out / "errors.json",
+        lambda file: json.dump(
+            {"title": case["title"], "verdicts": sentences, "errors": errors}, file, indent=1
+        ),
+    )
     print("\n".join(sentences))
     print(*files, out / "errors.csv", out / "errors.json", sep="\n")
     return 0
@@ -69,13 +106,30 @@ def reference(case: Case, cores: int) -> list[dict]:
     """The rows of the case's reference, after measuring the points it lacks."""
     if campaign.missing(case):
         if case.folder.resolve() != ROOT / "cases" / case.test:
-            raise CaseError(f"{case.path}: {len(campaign.missing(case))} points are not measured (only cases/{case.test} has a "
-                            "campaign) use --quick for one point")
-        done = subprocess.run(["snakemake", "-s", ROOT / "dem_reference/element/Snakefile", "--cores", str(cores), "--quiet", "all",
-                               "--config", f"tests={case.test}"], cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)},
-                              stdout=sys.stderr)
+            raise CaseError(
+                f"{case.path}: {len(campaign.missing(case))} points are not measured (only cases/{case.test} has a "
+                "campaign) use --quick for one point"
+            )
+        done = subprocess.run(
+            [
+                "snakemake",
+                "-s",
+                ROOT / "dem_reference/element/Snakefile",
+                "--cores",
+                str(cores),
+                "--quiet",
+                "all",
+                "--config",
+                f"tests={case.test}",
+            ],
+            cwd=ROOT,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            stdout=sys.stderr,
+        )
         if done.returncode:
-            raise EngineError(f"{case.path}: the campaign stopped (snakemake's exit code {done.returncode})")
+            raise EngineError(
+                f"{case.path}: the campaign stopped (snakemake's exit code {done.returncode})"
+            )
     return records.read(campaign.reference_file(case))
 
 
@@ -91,5 +145,10 @@ def write(path: Path, content) -> None:
 def write_csv(file, rows: list[dict]) -> None:
     writer = csv.DictWriter(file, rows[0], lineterminator="\n")
     writer.writeheader()
-    writer.writerows({key: f"{value:.5g}" if isinstance(value, (float, np.floating)) else value for key, value in row.items()}
-                     for row in rows)
+    writer.writerows(
+        {
+            key: f"{value:.5g}" if isinstance(value, (float, np.floating)) else value
+            for key, value in row.items()
+        }
+        for row in rows
+    )

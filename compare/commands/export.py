@@ -11,15 +11,25 @@ from compare.errors import CaseError
 
 
 def arguments(parser):
-    parser.add_argument("source", type=Path, metavar="RUN", help="folder of a run, or a result file")
-    parser.add_argument("--out", type=Path, help="folder to write to (vtk/ beside the result files)")
+    parser.add_argument(
+        "source", type=Path, metavar="RUN", help="folder of a run, or a result file"
+    )
+    parser.add_argument(
+        "--out", type=Path, help="folder to write to (vtk/ beside the result files)"
+    )
 
 
 def run(options) -> int:
-    files = sorted([*options.source.glob("mpm*.h5"), *options.source.glob("dem*.h5")]) if options.source.is_dir() else [options.source]
+    files = (
+        sorted([*options.source.glob("mpm*.h5"), *options.source.glob("dem*.h5")])
+        if options.source.is_dir()
+        else [options.source]
+    )
     if not files or not files[0].exists():
-        raise CaseError(f"{options.source}: no run to export (neither a folder that holds mpm.h5 or dem.h5, nor a file). "
-                        "Make one with: ./grainpair run")
+        raise CaseError(
+            f"{options.source}: no run to export (neither a folder that holds mpm.h5 or dem.h5, nor a file). "
+            "Make one with: ./grainpair run"
+        )
     for file in files:
         print(vtk.export(file, options.out or file.parent / "vtk"))
     return 0

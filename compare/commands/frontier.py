@@ -15,7 +15,11 @@ from compare.study.signature import WORDS
 
 
 def arguments(parser):
-    parser.add_argument("case", metavar="CASE", help="case file, folder that holds case.toml, or name of a folder in cases/")
+    parser.add_argument(
+        "case",
+        metavar="CASE",
+        help="case file, folder that holds case.toml, or name of a folder in cases/",
+    )
     parser.add_argument("--metric", choices=list(WORDS), help="draw this error only (all)")
     sweep.arguments(parser)
     reference.arguments(parser)
@@ -23,28 +27,73 @@ def arguments(parser):
 
 def run(options) -> int:
     from compare.charts.study import frontier as chart  # matplotlib takes its time to load
+
     scene = case.load(find_case(options.case))
     study = recipe.study(scene, "frontier")
-    recipes, fine = (recipe.unique([one for series in study.get(name, []) for one in recipe.expand(series, study["timeout"])])
-                     for name in ("series", "fine"))
+    recipes, fine = (
+        recipe.unique(
+            [
+                one
+                for series in study.get(name, [])
+                for one in recipe.expand(series, study["timeout"])
+            ]
+        )
+        for name in ("series", "fine")
+    )
     grains = reference.obtain(scene, options)
     found = sweep.run_recipes(scene, recipes + fine, options)
-    points = frontier.table(found[:len(recipes)], found[len(recipes):], grains, scene)
+    points = frontier.table(found[: len(recipes)], found[len(recipes) :], grains, scene)
 
     out = options.out or Path("runs") / "studies" / name_of(scene.path) / "frontier"
     origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
-    provenance.save(points, out / "points.csv", origin, "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; relaxation_time [s]; "
-                    "young_modulus [Pa]; a row is one run of `command`")
+    provenance.save(
+        points,
+        out / "points.csv",
+        origin,
+        "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; relaxation_time [s]; "
+        "young_modulus [Pa]; a row is one run of `command`",
+    )
     reference.write(grains, out / "grains.json")
     figures = []
     for name in [options.metric] if options.metric else WORDS:
         words = frontier.sentences(points, grains, name)
-        figures.append((f"Error from the grains: {WORDS[name]}", words, chart.draw(points, grains, name, out / f"frontier_{name}")))
-        print(f"{WORDS[name]} (scatter of the seeds {frontier.band(grains, name):.1%})", *words, sep="\n  ")
+        figures.append(
+            (
+                f"Error from the grains: {WORDS[name]}",
+                words,
+                chart.draw(points, grains, name, out / f"frontier_{name}"),
+            )
+        )
+        print(
+            f"{WORDS[name]} (scatter of the seeds {frontier.band(grains, name):.1%})",
+            *words,
+            sep="\n  ",
+        )
         if fine:
-            figures.append((f"Numerical error alone: {WORDS[name]}", [], chart.draw_numerical(points, name, out / f"numerical_{name}")))
-    columns = ["key", "engine", "series", "label", "status", "cost", *(f"error_{name}" for name in WORDS), "message", "command"]
-    page.write(out / "frontier.html", f"Speed against accuracy: {scene['title']}", origin, figures,
-               {"Every point": points[columns].sort_values("cost")})
+            figures.append(
+                (
+                    f"Numerical error alone: {WORDS[name]}",
+                    [],
+                    chart.draw_numerical(points, name, out / f"numerical_{name}"),
+                )
+            )
+    columns = [
+        "key",
+        "engine",
+        "series",
+        "label",
+        "status",
+        "cost",
+        *(f"error_{name}" for name in WORDS),
+        "message",
+        "command",
+    ]
+    page.write(
+        out / "frontier.html",
+        f"Speed against accuracy: {scene['title']}",
+        origin,
+        figures,
+        {"Every point": points[columns].sort_values("cost")},
+    )
     print(out / "frontier.html")
     return 0

@@ -22,38 +22,83 @@ def share(word: str) -> float:
 
 
 def arguments(parser):
-    parser.add_argument("case", metavar="CASE", help="case file, folder that holds case.toml, or name of a folder in cases/")
-    parser.add_argument("--tolerance", type=share, default=0.05, metavar="P%%", help="error that still counts as agreement (5%%)")
-    parser.add_argument("--metric", choices=list(WORDS), default="deposit", help="error that is judged (%(default)s)")
+    parser.add_argument(
+        "case",
+        metavar="CASE",
+        help="case file, folder that holds case.toml, or name of a folder in cases/",
+    )
+    parser.add_argument(
+        "--tolerance",
+        type=share,
+        default=0.05,
+        metavar="P%%",
+        help="error that still counts as agreement (5%%)",
+    )
+    parser.add_argument(
+        "--metric",
+        choices=list(WORDS),
+        default="deposit",
+        help="error that is judged (%(default)s)",
+    )
     sweep.arguments(parser)
     reference.arguments(parser)
 
 
 def run(options) -> int:
     from compare.charts.study import ladder as chart  # matplotlib takes its time to load
+
     if not 0.0 < options.tolerance < 1.0:
-        raise CaseError(f"--tolerance {options.tolerance:g}: not a share between 0 and 1 (write 5% or 0.05)")
+        raise CaseError(
+            f"--tolerance {options.tolerance:g}: not a share between 0 and 1 (write 5% or 0.05)"
+        )
     scene = case.load(find_case(options.case))
     rungs = ladder.rungs(scene)
     grains = reference.obtain(scene, options)
-    tried, stop = ladder.climb(rungs, lambda recipes: sweep.run_recipes(scene, recipes, options),
-                               lambda point: ladder.judge(point, grains, options.metric, options.tolerance, scene))
+    tried, stop = ladder.climb(
+        rungs,
+        lambda recipes: sweep.run_recipes(scene, recipes, options),
+        lambda point: ladder.judge(point, grains, options.metric, options.tolerance, scene),
+    )
 
     out = options.out or Path("runs") / "studies" / name_of(scene.path) / "ladder"
     origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
-    table = pd.DataFrame([{"rung": one["rung"], "verdict": one["word"], "enough": i == stop,
-                           "error": one["verdict"].difference if one["verdict"] else float("nan"),
-                           "half_width": one["verdict"].half_width if one["verdict"] else float("nan"),
-                           "cost": cost(one["point"]) if one["verdict"] else float("nan"),
-                           "message": one["point"].get("message", ""), "command": one["recipe"].command(scene.path.parent)}
-                          for i, one in enumerate(tried)])
+    table = pd.DataFrame(
+        [
+            {
+                "rung": one["rung"],
+                "verdict": one["word"],
+                "enough": i == stop,
+                "error": one["verdict"].difference if one["verdict"] else float("nan"),
+                "half_width": one["verdict"].half_width if one["verdict"] else float("nan"),
+                "cost": cost(one["point"]) if one["verdict"] else float("nan"),
+                "message": one["point"].get("message", ""),
+                "command": one["recipe"].command(scene.path.parent),
+            }
+            for i, one in enumerate(tried)
+        ]
+    )
     words = ladder.paragraph(tried, stop, rungs, grains, WORDS[options.metric], options.tolerance)
-    provenance.save(table, out / "ladder.csv", origin, f"error in the {WORDS[options.metric]} with the half-width of its 90 % interval [-]; "
-                    f"cost [s per sqrt(H/g)]; tolerance {options.tolerance:g}. {words}")
+    provenance.save(
+        table,
+        out / "ladder.csv",
+        origin,
+        f"error in the {WORDS[options.metric]} with the half-width of its 90 % interval [-]; "
+        f"cost [s per sqrt(H/g)]; tolerance {options.tolerance:g}. {words}",
+    )
     reference.write(grains, out / "grains.json")
     svg = chart.draw(tried, stop, WORDS[options.metric], options.tolerance, out / "ladder")
-    page.write(out / "ladder.html", f"The least model that does: {scene['title']}", origin, [("Rungs tried", [words], svg)], {"Rungs": table})
-    print(table.drop(columns=["message", "command"]).to_string(index=False, float_format=lambda x: f"{x:.3g}"))
+    page.write(
+        out / "ladder.html",
+        f"The least model that does: {scene['title']}",
+        origin,
+        [("Rungs tried", [words], svg)],
+        {"Rungs": table},
+    )
+    print(
+        table.drop(columns=["message", "command"]).to_string(
+            index=False, float_format=lambda x: f"{x:.3g}"
+        )
+    )
     print(words)
     print(out / "ladder.html")
     return 0

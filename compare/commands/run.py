@@ -29,14 +29,33 @@ VERDICT = {
 
 
 def arguments(parser):
-    parser.add_argument("case", nargs="?", default="column_small",
-                        help="case file, folder that holds case.toml, or name of a folder in cases/ (%(default)s)")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results (runs/<case>)")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides",
-                        help="overrides a key of the case; may be repeated")
-    parser.add_argument("--seed", type=int, default=1, help="of the packing and of jittered points (%(default)s)")
-    parser.add_argument("--seeds", type=int, default=1, metavar="N",
-                        help="an ensemble of N packings, through Snakemake; the verdicts then weigh its scatter (%(default)s)")
+    parser.add_argument(
+        "case",
+        nargs="?",
+        default="column_small",
+        help="case file, folder that holds case.toml, or name of a folder in cases/ (%(default)s)",
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder of the results (runs/<case>)"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="overrides",
+        help="overrides a key of the case; may be repeated",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=1, help="of the packing and of jittered points (%(default)s)"
+    )
+    parser.add_argument(
+        "--seeds",
+        type=int,
+        default=1,
+        metavar="N",
+        help="an ensemble of N packings, through Snakemake; the verdicts then weigh its scatter (%(default)s)",
+    )
     parser.add_argument("--threads", type=int, default=1, help="of the continuum (%(default)s)")
     parser.add_argument("--quiet", action="store_true", help="show no progress")
 
@@ -65,10 +84,24 @@ def grains(scene: case.Case, options, common: list, scratch: Path) -> tuple[Stag
         return Stage("grains (DEM)", [sys.executable, "-m", *words]), [result]
     name = "run-" + hashlib.sha256(scene.resolved.encode()).hexdigest()[:12]
     kept = ROOT / "runs" / "ensembles" / name_of(scene.path) / name
-    words = ["dem_reference.ensemble", *common, "--first", options.seed, "--seeds", options.seeds, "--name", name,
-             "--jobs", cores(), "--table", kept / "ensemble.csv"]
+    words = [
+        "dem_reference.ensemble",
+        *common,
+        "--first",
+        options.seed,
+        "--seeds",
+        options.seeds,
+        "--name",
+        name,
+        "--jobs",
+        cores(),
+        "--table",
+        kept / "ensemble.csv",
+    ]
     seeds = range(options.seed, options.seed + options.seeds)
-    return Stage(f"grains (DEM), {options.seeds} seeds", [sys.executable, "-m", *words]), [kept / f"{k}.h5" for k in seeds]
+    return Stage(f"grains (DEM), {options.seeds} seeds", [sys.executable, "-m", *words]), [
+        kept / f"{k}.h5" for k in seeds
+    ]
 
 
 def cores() -> int:
@@ -80,21 +113,40 @@ def run(options) -> int:
         raise CaseError(f"--seeds {options.seeds}: at least one packing is needed")
     scene = case.load(find_case(options.case), options.overrides)
     if scene["geometry.dimension"] == "axisymmetric":
-        raise CaseError(f"{scene.path}: geometry.dimension: axisymmetric columns are not compared (fields over the radius have no "
-                        "common grid with those over x) run either engine itself: mpm_run, python3 -m dem_reference.run")
+        raise CaseError(
+            f"{scene.path}: geometry.dimension: axisymmetric columns are not compared (fields over the radius have no "
+            "common grid with those over x) run either engine itself: mpm_run, python3 -m dem_reference.run"
+        )
     out = options.out or Path("runs") / name_of(scene.path)
     out.parent.mkdir(parents=True, exist_ok=True)
-    common = [scene.path, *(word for assignment in options.overrides for word in ("--set", assignment))]
+    common = [
+        scene.path,
+        *(word for assignment in options.overrides for word in ("--set", assignment)),
+    ]
     # Both engines or neither: their results move into the folder when both have ended well.
     with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as folder:
         scratch = Path(folder)
         grain_stage, grain_results = grains(scene, options, common, scratch)
-        continuum = Stage("continuum (MPM)", [program("mpm_run"), *common, "--seed", options.seed, "--progress",
-                                              "--threads", options.threads, "-o", scratch / "mpm.h5"])
+        continuum = Stage(
+            "continuum (MPM)",
+            [
+                program("mpm_run"),
+                *common,
+                "--seed",
+                options.seed,
+                "--progress",
+                "--threads",
+                options.threads,
+                "-o",
+                scratch / "mpm.h5",
+            ],
+        )
         packed = scene["initial.state"] == "packing"  # the continuum starts from the first packing
         if packed:
             continuum.command.extend(["--packing", grain_results[0]])
-        run_stages([grain_stage, continuum], together=cores() > 1 and not packed, quiet=options.quiet)
+        run_stages(
+            [grain_stage, continuum], together=cores() > 1 and not packed, quiet=options.quiet
+        )
         for number, result in enumerate(grain_results, start=1):
             if result.parent != scratch:
                 shutil.copy(result, scratch / ("dem.h5" if number == 1 else f"dem_{number}.h5"))
@@ -104,7 +156,10 @@ def run(options) -> int:
                 shutil.rmtree(stale) if stale.is_dir() else stale.unlink()
         for result in scratch.iterdir():
             os.replace(result, out / result.name)
-    run_stages([Stage("comparison", [sys.executable, "-m", "compare.report", out, "--progress"])], quiet=options.quiet)
+    run_stages(
+        [Stage("comparison", [sys.executable, "-m", "compare.report", out, "--progress"])],
+        quiet=options.quiet,
+    )
     print(verdict(json.loads((out / "metrics.json").read_text())))
     print(out / "report.html")
     return 0
@@ -115,7 +170,9 @@ def verdict(metrics: dict) -> str:
     lines = [f"{'':<42}{'MPM':>12}{'DEM':>12}{'MPM/DEM - 1':>14}"]
     for name, words in VERDICT.items():
         entry = metrics[name]
-        mpm, dem = ("-" if entry[engine] is None else f"{entry[engine]:.4g}" for engine in ("mpm", "dem"))
+        mpm, dem = (
+            "-" if entry[engine] is None else f"{entry[engine]:.4g}" for engine in ("mpm", "dem")
+        )
         relative = entry["relative_difference"]
         difference = "-" if relative is None else f"{100 * relative:+.1f} %"
         line = f"{words + ' [' + entry['unit'] + ']':<42}{mpm:>12}{dem:>12}{difference:>14}   {entry.get('verdict', '')}"

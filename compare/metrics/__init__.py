@@ -34,8 +34,15 @@ def metric(*, unit: str, source: str, of_pair: bool = False, margin: str = ""):
     """Registers a function of a Run, or with of_pair of (mpm, dem), under its own name."""
 
     def register(function):
-        REGISTRY[function.__name__] = Metric(function.__name__, unit, source, " ".join(function.__doc__.split()),
-                                             of_pair, function, margin)
+        REGISTRY[function.__name__] = Metric(
+            function.__name__,
+            unit,
+            source,
+            " ".join(function.__doc__.split()),
+            of_pair,
+            function,
+            margin,
+        )
         return function
 
     return register

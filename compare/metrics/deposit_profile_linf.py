@@ -2,7 +2,11 @@ from compare.metrics import metric
 from compare.reductions import example_run, surface
 
 
-@metric(unit="d", source="free-surface profiles; one to two grains is what Lagree et al. call agreement", of_pair=True)
+@metric(
+    unit="d",
+    source="free-surface profiles; one to two grains is what Lagree et al. call agreement",
+    of_pair=True,
+)
 def deposit_profile_linf(mpm, dem):
     """Largest vertical distance between the two final free surfaces, in grain diameters."""
     return float(abs(surface(mpm, -1) - surface(dem, -1)).max()) / dem.diameter

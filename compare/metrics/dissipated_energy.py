@@ -2,7 +2,11 @@ from compare.metrics import metric
 from compare.reductions import example_run
 
 
-@metric(unit="E0", source="energy history; E0 is the energy the grains release", margin="compare.margin_energy")
+@metric(
+    unit="E0",
+    source="energy history; E0 is the energy the grains release",
+    margin="compare.margin_energy",
+)
 def dissipated_energy(run):
     """Energy dissipated by all physical mechanisms until the end, over the energy E0 that the grains release. Numerical
     losses are not in it."""

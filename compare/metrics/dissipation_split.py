@@ -2,18 +2,38 @@ from compare.metrics import metric
 from compare.reductions import example_run
 
 
-@metric(unit="E0", source="energy histories; short contacts as in dem_reference/README.md", of_pair=True)
+@metric(
+    unit="E0", source="energy histories; short contacts as in dem_reference/README.md", of_pair=True
+)
 def dissipation_split(mpm, dem):
     """Half the sum of the absolute differences of three shares of the released energy E0 at the end: dissipated by collisions
-    (of the grains: by contacts shorter than the threshold), dissipated otherwise, and unaccounted for."""
+    (of the grains: by contacts shorter than the threshold), dissipated otherwise, and unaccounted for.
+    """
+
     def shares(run):
-        collisional = run.normalised("dissipated_collisional")[-1] + run.normalised("dissipated_short")[-1]
-        return collisional, run.normalised("dissipated")[-1] - collisional, run.normalised("unaccounted")[-1]
+        collisional = (
+            run.normalised("dissipated_collisional")[-1] + run.normalised("dissipated_short")[-1]
+        )
+        return (
+            collisional,
+            run.normalised("dissipated")[-1] - collisional,
+            run.normalised("unaccounted")[-1],
+        )
+
     return 0.5 * float(sum(abs(a - b) for a, b in zip(shares(mpm), shares(dem))))
 
 
 def example():
     # Of one joule: 0.2 + 0.7 + 0.1 against 0.3 + 0.7 + 0.
-    mpm = example_run(energy={"time": [0], "dissipated": [0.9], "dissipated_collisional": [0.2], "unaccounted": [0.1]})
-    dem = example_run(energy={"time": [0], "dissipated": [1.0], "dissipated_short": [0.3], "unaccounted": [0.0]})
+    mpm = example_run(
+        energy={
+            "time": [0],
+            "dissipated": [0.9],
+            "dissipated_collisional": [0.2],
+            "unaccounted": [0.1],
+        }
+    )
+    dem = example_run(
+        energy={"time": [0], "dissipated": [1.0], "dissipated_short": [0.3], "unaccounted": [0.0]}
+    )
     return (mpm, dem), 0.1, 1e-12

@@ -2,7 +2,11 @@ from compare.metrics import metric
 from compare.reductions import example_run
 
 
-@metric(unit="E0", source="energy history; E0 is the energy the grains release", margin="compare.margin_energy")
+@metric(
+    unit="E0",
+    source="energy history; E0 is the energy the grains release",
+    margin="compare.margin_energy",
+)
 def kinetic_energy_peak(run):
     """Largest translational kinetic energy, over the energy E0 that the grains release."""
     return float(run.normalised("kinetic").max())

@@ -12,7 +12,7 @@ def kinetic_energy_peak_time(run):
     k = int(np.argmax(kinetic))
     if k in (0, len(kinetic) - 1):
         return float(t[k])
-    a, b, _ = np.polyfit(t[k - 1:k + 2] - t[k], kinetic[k - 1:k + 2], 2)
+    a, b, _ = np.polyfit(t[k - 1 : k + 2] - t[k], kinetic[k - 1 : k + 2], 2)
     return float(t[k] - b / (2.0 * a)) if a < 0.0 else float(t[k])
 
 

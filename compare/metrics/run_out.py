@@ -4,7 +4,11 @@ from compare.metrics import metric
 from compare.reductions import example_run, mass_quantile
 
 
-@metric(unit="L0", source="mass percentile, defined alike for grains and material points", margin="compare.margin_run_out")
+@metric(
+    unit="L0",
+    source="mass percentile, defined alike for grains and material points",
+    margin="compare.margin_run_out",
+)
 def run_out(run):
     """(x_99.5 - L0)/L0 at the end, x_99.5 being the x within which 99.5 % of the mass lies."""
     cloud = run.clouds[-1]

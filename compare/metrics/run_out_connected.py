@@ -4,7 +4,10 @@ from compare.metrics import metric
 from compare.reductions import example_run, main_mass
 
 
-@metric(unit="L0", source="farthest grain still connected to the main mass, on the mapped field so that points have it too")
+@metric(
+    unit="L0",
+    source="farthest grain still connected to the main mass, on the mapped field so that points have it too",
+)
 def run_out_connected(run):
     """(x - L0)/L0 at the end, x being the far side of the heaviest connected region whose solid fraction exceeds 5 % of
     the bulk's."""

@@ -6,7 +6,9 @@ from compare.reductions import equivalent_height, example_run, last_above
 def run_out_height(run):
     """(x - L0)/L0 at the end, x being the last place where the deposit's equivalent height (its solid at the bulk's
     solid fraction) is at least d."""
-    return last_above(run.fields.grid.x, equivalent_height(run, -1), run.diameter) / run.length - 1.0
+    return (
+        last_above(run.fields.grid.x, equivalent_height(run, -1), run.diameter) / run.length - 1.0
+    )
 
 
 def example():

@@ -4,7 +4,11 @@ from compare.metrics import metric
 from compare.reductions import crossing_time, example_run, front
 
 
-@metric(unit="sqrt(H/g)", source="front x_99.5 of the frames, linear in between", margin="compare.margin_time")
+@metric(
+    unit="sqrt(H/g)",
+    source="front x_99.5 of the frames, linear in between",
+    margin="compare.margin_time",
+)
 def run_out_t50(run):
     """Time at which the front x_99.5 has covered half of its way."""
     x = front(run)

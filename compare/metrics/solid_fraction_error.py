@@ -4,7 +4,11 @@ from compare.metrics import metric
 from compare.reductions import common_frames, example_run
 
 
-@metric(unit="-", source="relative L1 norm; no mask, so that mass in the wrong place counts", of_pair=True)
+@metric(
+    unit="-",
+    source="relative L1 norm; no mask, so that mass in the wrong place counts",
+    of_pair=True,
+)
 def solid_fraction_error(mpm, dem):
     """Mean over all common instants of sum |phi_mpm - phi_dem| / sum (phi_mpm + phi_dem): 0 for equal fields, 1 for
     fields that do not overlap."""
@@ -16,4 +20,8 @@ def solid_fraction_error(mpm, dem):
 
 
 def example():
-    return (example_run(solid_fraction=[[[0.5, 0.1]]]), example_run(solid_fraction=[[[0.5, 0.3]]])), 0.2 / 1.4, 1e-12
+    return (
+        (example_run(solid_fraction=[[[0.5, 0.1]]]), example_run(solid_fraction=[[[0.5, 0.3]]])),
+        0.2 / 1.4,
+        1e-12,
+    )

@@ -13,4 +13,8 @@ def stop_time(run):
 
 
 def example():
-    return (example_run(energy={"time": [0, 1, 2, 3], "kinetic": [0.0, 1.0, 0.1, 0.0005]}),), 3.0, 1e-12
+    return (
+        (example_run(energy={"time": [0, 1, 2, 3], "kinetic": [0.0, 1.0, 0.1, 0.0005]}),),
+        3.0,
+        1e-12,
+    )

@@ -15,5 +15,11 @@ def stress_error(mpm, dem):
 def example():
     # sigma = 4 I against 3 I + 2 I: a fifth of it is missing.
     phi, one = [[[0.5]]], np.eye(3)[None, None, None]
-    return (example_run(solid_fraction=phi, stress_state=4.0 * one),
-            example_run(solid_fraction=phi, contact_stress=3.0 * one, kinetic_stress=2.0 * one)), 0.2, 1e-12
+    return (
+        (
+            example_run(solid_fraction=phi, stress_state=4.0 * one),
+            example_run(solid_fraction=phi, contact_stress=3.0 * one, kinetic_stress=2.0 * one),
+        ),
+        0.2,
+        1e-12,
+    )

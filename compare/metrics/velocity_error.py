@@ -12,5 +12,11 @@ def velocity_error(mpm, dem):
 def example():
     # The grains move at 2 m/s, the continuum at 3 m/s, in the only cell that both fill.
     phi = [[[0.5, 0.1]]]
-    return (example_run(solid_fraction=phi, velocity=[[[[3.0, 0.0, 0.0], [9.0, 9.0, 9.0]]]]),
-            example_run(solid_fraction=phi, velocity=[[[[2.0, 0.0, 0.0], [0.0, 0.0, 0.0]]]])), 0.5, 1e-12
+    return (
+        (
+            example_run(solid_fraction=phi, velocity=[[[[3.0, 0.0, 0.0], [9.0, 9.0, 9.0]]]]),
+            example_run(solid_fraction=phi, velocity=[[[[2.0, 0.0, 0.0], [0.0, 0.0, 0.0]]]]),
+        ),
+        0.5,
+        1e-12,
+    )

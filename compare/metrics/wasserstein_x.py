@@ -5,8 +5,12 @@ from compare.metrics import metric
 from compare.reductions import example_run
 
 
-@metric(unit="L0", source="optimal transport in one dimension: integral of |F_mpm - F_dem| over x", of_pair=True,
-        margin="compare.margin_distance")
+@metric(
+    unit="L0",
+    source="optimal transport in one dimension: integral of |F_mpm - F_dem| over x",
+    of_pair=True,
+    margin="compare.margin_distance",
+)
 def wasserstein_x(mpm, dem):
     """Mean distance along x that mass would have to be moved to turn one final deposit into the other, over L0."""
     a, b = mpm.clouds[-1], dem.clouds[-1]

@@ -53,8 +53,16 @@ def statement(*, text: str, source: str, unit: str, bound: str, order: int):
     """Registers a function of a Run that returns a Finding, under its own name."""
 
     def register(function):
-        REGISTRY[function.__name__] = Statement(function.__name__, text, source, unit, bound,
-                                                " ".join(function.__doc__.split()), order, function)
+        REGISTRY[function.__name__] = Statement(
+            function.__name__,
+            text,
+            source,
+            unit,
+            bound,
+            " ".join(function.__doc__.split()),
+            order,
+            function,
+        )
         return function
 
     return register
@@ -78,7 +86,16 @@ def judge(run: Run) -> dict[str, dict]:
     for one in all_statements():
         finding = one(run)
         figure = float(finding.figure) if np.isfinite(finding.figure) else None  # JSON has no NaN
-        found[one.name] = {"text": one.text, "source": one.source, "figure": figure, "unit": one.unit, "bound": one.bound,
-                           "verdict": "holds" if finding.holds else "does not hold", "words": finding.words,
-                           "until": finding.until, "numerical_loss": loss(run, finding.until), "definition": one.definition}
+        found[one.name] = {
+            "text": one.text,
+            "source": one.source,
+            "figure": figure,
+            "unit": one.unit,
+            "bound": one.bound,
+            "verdict": "holds" if finding.holds else "does not hold",
+            "words": finding.words,
+            "until": finding.until,
+            "numerical_loss": loss(run, finding.until),
+            "definition": one.definition,
+        }
     return found

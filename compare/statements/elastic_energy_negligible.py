@@ -8,14 +8,25 @@ def largest_share(run, account):
     """Largest value of an account over the energy released, when it comes [sqrt(H/g)], and both as words beside the dissipations."""
     values, tau = run.joules(account) / run.released(), run.energy_tau()
     k = int(np.argmax(values))
-    gone = {kind: run.joules(f"dissipated_{kind}")[-1] / run.released() for kind in ("plastic", "collisional")}
-    words = f"at {tau[k]:.2f} √(H/g)" + "".join(f"; {values[k] / share:.2g} of the {kind} dissipation at the end"
-                                                for kind, share in gone.items() if share > 0.0)
+    gone = {
+        kind: run.joules(f"dissipated_{kind}")[-1] / run.released()
+        for kind in ("plastic", "collisional")
+    }
+    words = f"at {tau[k]:.2f} √(H/g)" + "".join(
+        f"; {values[k] / share:.2g} of the {kind} dissipation at the end"
+        for kind, share in gone.items()
+        if share > 0.0
+    )
     return float(values[k]), float(tau[k]), words
 
 
-@statement(text="The elastic energy stored is negligible", source="Figure 6", unit="of the energy released", bound="≤ compare.margin_energy",
-           order=4)
+@statement(
+    text="The elastic energy stored is negligible",
+    source="Figure 6",
+    unit="of the energy released",
+    bound="≤ compare.margin_energy",
+    order=4,
+)
 def elastic_energy_negligible(run):
     """Largest elastic energy stored at any time over the energy released. Negligible is what the comparison of two runs could not tell
     apart: less than the case's margin on energy."""

@@ -3,7 +3,13 @@ from compare.statements import Finding, statement
 from compare.statements.kinetic_energy_peak import peaked
 
 
-@statement(text="The kinetic energy then tends to zero", source="Figure 7", unit="of its peak", bound="≤ 0.01", order=2)
+@statement(
+    text="The kinetic energy then tends to zero",
+    source="Figure 7",
+    unit="of its peak",
+    bound="≤ 0.01",
+    order=2,
+)
 def kinetic_energy_vanishes(run):
     """Kinetic energy at the end over its peak, the end being later than the peak; a hundredth is the width of a curve in a figure."""
     kinetic = run.joules("kinetic")

@@ -22,13 +22,25 @@ def rows_of(plane: dict, timeout: float) -> list[tuple[float, dict]]:
         sets = fixed if plane["engine"] == "dem" else [*fixed, assignment(plane["across"], value)]
         recipe = Recipe(plane["engine"], tuple(sets), plane["name"], timeout)
         task = {"recipe": recipe.as_json(), "along": plane["along"], "between": plane["between"]}
-        out.append((value, task | ({"speed": value, "tolerance": plane["tolerance"]} if plane["engine"] == "dem" else {})))
+        out.append(
+            (
+                value,
+                task
+                | (
+                    {"speed": value, "tolerance": plane["tolerance"]}
+                    if plane["engine"] == "dem"
+                    else {}
+                ),
+            )
+        )
     return out
 
 
 def key(task: dict, scene: Case) -> str:
     """Name a row is kept under: a hash of the task, the case and the engine."""
-    text = json.dumps([task, scene.resolved], sort_keys=True).encode() + engine_digest(task["recipe"]["engine"])
+    text = json.dumps([task, scene.resolved], sort_keys=True).encode() + engine_digest(
+        task["recipe"]["engine"]
+    )
     return f"row-{hashlib.sha256(text).hexdigest()[:14]}"
 
 
@@ -43,11 +55,23 @@ def table(planes: list[dict], rows: list[list[tuple[float, dict]]], scene: Case)
     for plane, found in zip(planes, rows):
         for value, row in found:
             for run in row["runs"]:
-                out.append({"plane": plane["name"], "along": plane["along"], "value": run["value"], "across": plane["across"],
-                            "across_value": value, "status": run["status"], "stable_to": row["good"], "fails_from": row["bad"],
-                            "times_default": row["good"] / default_of(plane, scene),
-                            "times_limit": row["good"] / limit(plane, value, scene), "warnings": run.get("warnings", "none"),
-                            "message": run.get("message", ""), "command": run.get("command", "")})
+                out.append(
+                    {
+                        "plane": plane["name"],
+                        "along": plane["along"],
+                        "value": run["value"],
+                        "across": plane["across"],
+                        "across_value": value,
+                        "status": run["status"],
+                        "stable_to": row["good"],
+                        "fails_from": row["bad"],
+                        "times_default": row["good"] / default_of(plane, scene),
+                        "times_limit": row["good"] / limit(plane, value, scene),
+                        "warnings": run.get("warnings", "none"),
+                        "message": run.get("message", ""),
+                        "command": run.get("command", ""),
+                    }
+                )
     return pd.DataFrame(out)
 
 
@@ -64,11 +88,18 @@ def relaxation_limit(plane: dict, value: float, scene: Case) -> float:
     its rows are cell sizes; NaN elsewhere. At e <= e_c, with L = d: (3/2) kap T_dot = -Q T, so dt = 3/2 kap/Q with
     kap = 24/(5 sqrt(pi)) sqrt(rho/E), Q = 12 (1 - ee^2)/(sqrt(pi) d) (mpm/materials/kinetic_theory.hpp); the claimed limit there is
     that of the critical-state locus, h/(c sqrt(2)), c = sqrt(a_L E/rho)."""
-    if plane.get("set", {}).get("material.temperature_update") != "explicit" or plane["across"] != "mpm.cell_size":
+    if (
+        plane.get("set", {}).get("material.temperature_update") != "explicit"
+        or plane["across"] != "mpm.cell_size"
+    ):
         return math.nan
     density, modulus = scene["grains.density"], scene["grains.young_modulus"]
     softness = 24.0 / (5.0 * math.sqrt(math.pi)) * math.sqrt(density / modulus)
-    loss = 12.0 * (1.0 - scene["material.effective_restitution"] ** 2) / (math.sqrt(math.pi) * scene["grains.diameter"])
+    loss = (
+        12.0
+        * (1.0 - scene["material.effective_restitution"] ** 2)
+        / (math.sqrt(math.pi) * scene["grains.diameter"])
+    )
     wave = math.sqrt(scene["material.critical_state_slope"] * modulus / density)
     return 1.5 * softness / loss * wave * math.sqrt(2.0) / value
 
@@ -83,29 +114,51 @@ def recipes_of(failure: dict, timeout: float) -> tuple[Recipe, Recipe]:
     """The recipe that shows a named failure and the same with the defaults in place of what it changes."""
     where = [assignment(key, value) for key, value in failure.get("where", {}).items()]
     cause = [assignment(key, value) for key, value in failure["set"].items()]
-    return (Recipe("mpm", tuple(where + cause), failure["name"], timeout), Recipe("mpm", tuple(where), failure["name"], timeout))
+    return (
+        Recipe("mpm", tuple(where + cause), failure["name"], timeout),
+        Recipe("mpm", tuple(where), failure["name"], timeout),
+    )
 
 
 def detected(point: dict) -> str:
     """What a run was found to suffer from, in the solver's own words; empty when from nothing."""
-    return point["message"].split(": ", 1)[-1] if point["status"] != "ok" else "" if point["warnings"] == "none" else point["warnings"]
+    return (
+        point["message"].split(": ", 1)[-1]
+        if point["status"] != "ok"
+        else ""
+        if point["warnings"] == "none"
+        else point["warnings"]
+    )
 
 
 def shows(point: dict, expected: str) -> bool:
     """Whether a run suffers from the class of failure or the warning named."""
-    return point["status"] == expected or (point["status"] == "ok" and any(
-        line.startswith(f"{expected}:") for line in point["warnings"].splitlines()))
+    return point["status"] == expected or (
+        point["status"] == "ok"
+        and any(line.startswith(f"{expected}:") for line in point["warnings"].splitlines())
+    )
 
 
-def failure_table(failures: list[dict], points: list[tuple[dict, dict]], scene: Case) -> pd.DataFrame:
+def failure_table(
+    failures: list[dict], points: list[tuple[dict, dict]], scene: Case
+) -> pd.DataFrame:
     """Each named failure: whether its recipe shows it and the default does not."""
     out = []
     for failure, (caused, default) in zip(failures, points):
         recipe = Recipe.of(caused["recipe"])
-        out.append({"failure": failure["name"], "expected": failure["expect"], "recipe": recipe.label,
-                    "reproduced": shows(caused, failure["expect"]), "detected": detected(caused),
-                    "absent_at_defaults": default["status"] == "ok" and not shows(default, failure["expect"]),
-                    "defaults_say": detected(default), "command": recipe.command(Path(scene.path.parent))})
+        out.append(
+            {
+                "failure": failure["name"],
+                "expected": failure["expect"],
+                "recipe": recipe.label,
+                "reproduced": shows(caused, failure["expect"]),
+                "detected": detected(caused),
+                "absent_at_defaults": default["status"] == "ok"
+                and not shows(default, failure["expect"]),
+                "defaults_say": detected(default),
+                "command": recipe.command(Path(scene.path.parent)),
+            }
+        )
     return pd.DataFrame(out)
 
 
@@ -114,9 +167,16 @@ def trend_table(trends: list[dict], points: list[list[dict]], scene: Case) -> pd
     out = []
     for trend, found in zip(trends, points):
         for value, point in zip(trend["values"], found):
-            out.append({"trend": trend["name"], "key": trend["along"], "value": value, "status": point["status"],
-                        "damping": damping(point, scene) if point["status"] == "ok" else math.nan,
-                        "command": Recipe.of(point["recipe"]).command(Path(scene.path.parent))})
+            out.append(
+                {
+                    "trend": trend["name"],
+                    "key": trend["along"],
+                    "value": value,
+                    "status": point["status"],
+                    "damping": damping(point, scene) if point["status"] == "ok" else math.nan,
+                    "command": Recipe.of(point["recipe"]).command(Path(scene.path.parent)),
+                }
+            )
     return pd.DataFrame(out)
 
 
@@ -127,7 +187,11 @@ def sentences(plane: dict, rows: list[tuple[float, dict]], scene: Case) -> list[
     beyond = " or more" if any(math.isinf(row["bad"]) for _, row in rows) else ""
     failures = sorted({run["status"] for _, row in rows for run in row["runs"]} - {"ok"})
     if any(math.isnan(value) for value in good):
-        return [f"unstable already at {plane['between'][0]:g} in {sum(map(math.isnan, good))} of {len(good)} rows ({', '.join(failures)})"]
-    return [f"stable to {min(good):.2g}–{max(good):.2g}{beyond} of {plane['along'].replace('_', ' ')}: at least {min(limits):.2g} times "
-            f"the claimed limit, {min(good) / default_of(plane, scene):.2g} times the default",
-            f"beyond it: {', '.join(failures)}" if failures else "no failure within the range"]
+        return [
+            f"unstable already at {plane['between'][0]:g} in {sum(map(math.isnan, good))} of {len(good)} rows ({', '.join(failures)})"
+        ]
+    return [
+        f"stable to {min(good):.2g}–{max(good):.2g}{beyond} of {plane['along'].replace('_', ' ')}: at least {min(limits):.2g} times "
+        f"the claimed limit, {min(good) / default_of(plane, scene):.2g} times the default",
+        f"beyond it: {', '.join(failures)}" if failures else "no failure within the range",
+    ]

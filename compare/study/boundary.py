@@ -15,7 +15,9 @@ from compare.study.recipe import Recipe, assignment
 RATIO = 1.1  # the boundary lies between two runs whose values differ by no more than this factor
 
 
-def bisect(classify, low: float, high: float, ratio: float = RATIO) -> tuple[list[dict], float, float]:
+def bisect(
+    classify, low: float, high: float, ratio: float = RATIO
+) -> tuple[list[dict], float, float]:
     """The runs made, the largest value found good and the smallest found bad; NaN and inf where there is none.
 
     classify(value) -> {"status": …}. One boundary is assumed between the ends; if the low end fails it is not looked for.
@@ -41,12 +43,23 @@ def runs_of(scene: Path, task: dict):
     recipe = Recipe.of(task["recipe"])
 
     def of_continuum(value: float) -> dict:
-        told = Recipe(recipe.engine, (*recipe.sets, assignment(task["along"], float(value))), timeout=recipe.timeout)
+        told = Recipe(
+            recipe.engine,
+            (*recipe.sets, assignment(task["along"], float(value))),
+            timeout=recipe.timeout,
+        )
         point = measure(scene, told)
         if point["status"] == "ok" and "drift:" in point["warnings"]:
             point |= {"status": DRIFT, "message": point["warnings"]}
-        return {name: point[name] for name in ("status", "message", "cpu_seconds", "warnings") if name in point} | {
-            "command": told.command(scene)} | ({"dt": point["tau"][-1] / point["steps"]} if point["status"] == "ok" else {})
+        return (
+            {
+                name: point[name]
+                for name in ("status", "message", "cpu_seconds", "warnings")
+                if name in point
+            }
+            | {"command": told.command(scene)}
+            | ({"dt": point["tau"][-1] / point["steps"]} if point["status"] == "ok" else {})
+        )
 
     def of_grains(value: float) -> dict:
         return impact.collide(scene, recipe.sets, value, task["speed"], task["tolerance"])

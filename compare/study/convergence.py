@@ -33,28 +33,54 @@ def plan(study: dict) -> list[dict]:
         runs = group.get("runs", 1)
         jitter = [f"mpm.jitter={JITTER:g}"] if runs > 1 else []
         for change in [{"name": BASE}, *group.get("change", [])]:
-            sets = [assignment(key, value) for table in (study.get("set", {}), group.get("set", {}), change.get("set", {})) for key, value in table.items()]
+            sets = [
+                assignment(key, value)
+                for table in (study.get("set", {}), group.get("set", {}), change.get("set", {}))
+                for key, value in table.items()
+            ]
             recipe = Recipe("mpm", tuple(sets + jitter), change["name"], study["timeout"])
-            settings.append({"group": group["name"], "name": change["name"], "limits": change.get("limits", {}), "at_most": study.get("at_most", {}) | change.get("at_most", {}),
-                             "recipes": [replace(recipe, seed=seed) for seed in range(1, runs + 1)]})
+            settings.append(
+                {
+                    "group": group["name"],
+                    "name": change["name"],
+                    "limits": change.get("limits", {}),
+                    "at_most": study.get("at_most", {}) | change.get("at_most", {}),
+                    "recipes": [replace(recipe, seed=seed) for seed in range(1, runs + 1)],
+                }
+            )
     return settings
 
 
 def table(settings: list[dict], found: list[list[dict]]) -> pd.DataFrame:
     """A row for each figure of each setting: mean and standard deviation of its runs; where it has a limit, the change from the group's
-    base relative to the base's mean with the half-width of its 90 % interval, or the mean itself, and the verdict."""
+    base relative to the base's mean with the half-width of its 90 % interval, or the mean itself, and the verdict.
+    """
     rows, base = [], None
     for setting, runs in zip(settings, found):
         if setting["name"] == BASE:
             base = runs
         for figure in (name for name, value in runs[0].items() if isinstance(value, (int, float))):
-            values, others = (np.array([one[figure] for one in sample], dtype=float) for sample in (runs, base))
-            row = {"group": setting["group"], "setting": setting["name"], "settings": " ".join(setting["recipes"][0].sets), "figure": figure,
-                   "mean": values.mean(), "deviation": values.std(ddof=1) if len(values) > 1 else float("nan"), "runs": len(values)}
+            values, others = (
+                np.array([one[figure] for one in sample], dtype=float) for sample in (runs, base)
+            )
+            row = {
+                "group": setting["group"],
+                "setting": setting["name"],
+                "settings": " ".join(setting["recipes"][0].sets),
+                "figure": figure,
+                "mean": values.mean(),
+                "deviation": values.std(ddof=1) if len(values) > 1 else float("nan"),
+                "runs": len(values),
+            }
             if figure in setting["limits"]:
                 scale = abs(others.mean())
                 verdict = equivalence(values / scale, others / scale, setting["limits"][figure])
-                row |= {"change": verdict.difference, "half_width": verdict.half_width, "limit": verdict.margin, "verdict": verdict.word}
+                row |= {
+                    "change": verdict.difference,
+                    "half_width": verdict.half_width,
+                    "limit": verdict.margin,
+                    "verdict": verdict.word,
+                }
             elif figure in setting["at_most"]:
                 limit = setting["at_most"][figure]
                 row |= {"limit": limit, "verdict": LESS if values.mean() <= limit else MORE}
@@ -67,7 +93,10 @@ def make(scene: Path, task: dict) -> dict:
     with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
         result = Path(folder) / "run.h5"
         run_stages([Stage(recipe.label, recipe.words(scene, result))], quiet=True)
-        return {name: value if isinstance(value, (int, str)) else float(value) for name, value in figures(open_run(result)).items()}
+        return {
+            name: value if isinstance(value, (int, str)) else float(value)
+            for name, value in figures(open_run(result)).items()
+        }
 
 
 if __name__ == "__main__":

@@ -9,30 +9,58 @@ from compare.reductions import mass_quantile
 from compare.runs import Run
 
 JITTER = 1e-10  # point spacings that a perturbed run's points are displaced by
-ACCOUNTS = ("dissipated_plastic", "dissipated_collisional", "loss_transfer", "loss_time_integration", "loss_mixing", "loss_detached")
+ACCOUNTS = (
+    "dissipated_plastic",
+    "dissipated_collisional",
+    "loss_transfer",
+    "loss_time_integration",
+    "loss_mixing",
+    "loss_detached",
+)
 WHOLE_CELLS = 2  # between the surface and the points whose pressure counts
 
 
 def figures(run: Run) -> dict:
     """Run-outs [L0] by 99.5 and 99 % of the mass, height [H] by 99.5 %, peak [of the energy released] and its time [sqrt(H/g)];
-    accounts at the end and `loss`, of transfer and time integration, over the energy released; roughness of the pressure."""
+    accounts at the end and `loss`, of transfer and time integration, over the energy released; roughness of the pressure.
+    """
     run.reference_energy = run.released()
     end = run.clouds[-1]
-    front, near_front, height = (mass_quantile(end.x[:, axis], end.mass, share) for axis, share in ((0, 0.995), (0, 0.99), (1, 0.995)))
+    front, near_front, height = (
+        mass_quantile(end.x[:, axis], end.mass, share)
+        for axis, share in ((0, 0.995), (0, 0.99), (1, 0.995))
+    )
     accounts = {name: run.normalised(name)[-1] for name in ACCOUNTS if name in run.energy}
     cells, nodes = pressure_roughness(run)
-    return {"run_out": front / run.length - 1.0, "run_out_99": near_front / run.length - 1.0, "height": height / run.height,
-            "peak_time": kinetic_energy_peak_time(run), "peak": kinetic_energy_peak(run),
-            "loss": accounts["loss_transfer"] + accounts["loss_time_integration"]} | accounts | {
-                "split": accounts["dissipated_collisional"] / accounts["dissipated_plastic"] if accounts.get("dissipated_plastic") else float("nan"),
-                "roughness_cells": cells, "roughness_nodes": nodes,
-                "until": run.tau()[-1], "points": len(end.mass), "steps": int(run.attributes["steps"]), "cpu_seconds": run.attributes["cpu_seconds"],
-                "solver": run.attributes["commit"]}
+    return (
+        {
+            "run_out": front / run.length - 1.0,
+            "run_out_99": near_front / run.length - 1.0,
+            "height": height / run.height,
+            "peak_time": kinetic_energy_peak_time(run),
+            "peak": kinetic_energy_peak(run),
+            "loss": accounts["loss_transfer"] + accounts["loss_time_integration"],
+        }
+        | accounts
+        | {
+            "split": accounts["dissipated_collisional"] / accounts["dissipated_plastic"]
+            if accounts.get("dissipated_plastic")
+            else float("nan"),
+            "roughness_cells": cells,
+            "roughness_nodes": nodes,
+            "until": run.tau()[-1],
+            "points": len(end.mass),
+            "steps": int(run.attributes["steps"]),
+            "cpu_seconds": run.attributes["cpu_seconds"],
+            "solver": run.attributes["commit"],
+        }
+    )
 
 
 def pressure_roughness(run: Run) -> tuple[float, float]:
     """Root mean square of the pressure about a cubic over its mean, where the column stood: of the cells' means, and of these averaged
-    once more through the grid's quadratic B-splines, as its momentum balance does; NaN where too few points lie deep enough."""
+    once more through the grid's quadratic B-splines, as its momentum balance does; NaN where too few points lie deep enough.
+    """
     cloud, h = run.clouds[-1], run.case["mpm.cell_size"]
     x, volume = cloud.x[:, :2], cloud.solid_volume * (1.0 + cloud.state["void_ratio"])
     cell = np.floor(x / h).astype(int)
@@ -42,15 +70,28 @@ def pressure_roughness(run: Run) -> tuple[float, float]:
     deep = (x[:, 0] < run.length) & (top[cell[:, 0]] - x[:, 1] > WHOLE_CELLS * h)
     if deep.sum() <= 2 * len(CUBIC):
         return float("nan"), float("nan")
-    cells = averaged(cloud.state["pressure"], volume, [(cell[:, 0] + columns * cell[:, 1], np.ones(len(x)))])
+    cells = averaged(
+        cloud.state["pressure"], volume, [(cell[:, 0] + columns * cell[:, 1], np.ones(len(x)))]
+    )
     t = x / h - cell
-    along = [[0.5 * (1 - s) ** 2, 0.5 + s * (1 - s), 0.5 * s ** 2] for s in t.T]
-    nodes = averaged(cells, volume, [(cell[:, 0] + i + (columns + 2) * (cell[:, 1] + j), along[0][i] * along[1][j]) for i in range(3) for j in range(3)])
-    basis = np.stack([(x[deep, 0] / run.length) ** i * (x[deep, 1] / run.height) ** j for i, j in CUBIC], axis=1)
+    along = [[0.5 * (1 - s) ** 2, 0.5 + s * (1 - s), 0.5 * s**2] for s in t.T]
+    nodes = averaged(
+        cells,
+        volume,
+        [
+            (cell[:, 0] + i + (columns + 2) * (cell[:, 1] + j), along[0][i] * along[1][j])
+            for i in range(3)
+            for j in range(3)
+        ],
+    )
+    basis = np.stack(
+        [(x[deep, 0] / run.length) ** i * (x[deep, 1] / run.height) ** j for i, j in CUBIC], axis=1
+    )
 
     def rough(p):
         residual = p[deep] - basis @ np.linalg.lstsq(basis, p[deep], rcond=None)[0]
-        return float(np.sqrt(np.mean(residual ** 2)) / p[deep].mean())
+        return float(np.sqrt(np.mean(residual**2)) / p[deep].mean())
+
     return rough(cells), rough(nodes)
 
 

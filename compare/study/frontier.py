@@ -11,32 +11,75 @@ from compare.study.signature import WORDS, cost, errors
 
 LEVELS = (0.02, 0.05, 0.10)
 METRICS = tuple(WORDS)
-KEYS = {"law": "material.law", "cell_size": "mpm.cell_size", "points_per_cell": "mpm.points_per_cell", "transfer": "mpm.transfer",
-        "relaxation_time": "mpm.relaxation_time", "shape": "mpm.shape", "stress_update": "mpm.stress_update",
-        "averaging": "mpm.volumetric_averaging", "integrator": "material.integrator", "dimension": "geometry.dimension",
-        "time_step_fraction": "mpm.time_step_fraction", "coarsening": "dem.coarsening", "young_modulus": "dem.young_modulus",
-        "dem_time_step_fraction": "dem.time_step_fraction"}
+KEYS = {
+    "law": "material.law",
+    "cell_size": "mpm.cell_size",
+    "points_per_cell": "mpm.points_per_cell",
+    "transfer": "mpm.transfer",
+    "relaxation_time": "mpm.relaxation_time",
+    "shape": "mpm.shape",
+    "stress_update": "mpm.stress_update",
+    "averaging": "mpm.volumetric_averaging",
+    "integrator": "material.integrator",
+    "dimension": "geometry.dimension",
+    "time_step_fraction": "mpm.time_step_fraction",
+    "coarsening": "dem.coarsening",
+    "young_modulus": "dem.young_modulus",
+    "dem_time_step_fraction": "dem.time_step_fraction",
+}
 
 
 def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) -> pd.DataFrame:
     """One row per point: its recipe, cost [s per sqrt(H/g)], status, `error_*` from the grains' mean, and `numerical_*` from
     the fine-grid solution of the same law; NaN where there is none."""
-    limits = {value_of(point, "material.law", scene): point for point in fine if point["status"] == "ok"}
+    limits = {
+        value_of(point, "material.law", scene): point for point in fine if point["status"] == "ok"
+    }
     rows = []
     for point in points + [limit | {"fine": True} for limit in fine]:
         recipe = Recipe.of(point["recipe"])
-        ours = [key for key in KEYS if KEYS[key].startswith(("dem" if recipe.engine == "mpm" else ("mpm", "material", "geom")))]
-        row = {"key": point["key"], "engine": recipe.engine, "series": recipe.series, "label": recipe.label,
-               "status": point["status"], "fine": point.get("fine", False)}
-        row |= {name: "" if name in ours else value_of(point, key, scene) for name, key in KEYS.items()}
-        row |= {"warnings": point.get("warnings", "none"), "cpu_seconds": point["cpu_seconds"], "cost": math.nan, "steps": math.nan, "duration": math.nan}
+        ours = [
+            key
+            for key in KEYS
+            if KEYS[key].startswith(
+                ("dem" if recipe.engine == "mpm" else ("mpm", "material", "geom"))
+            )
+        ]
+        row = {
+            "key": point["key"],
+            "engine": recipe.engine,
+            "series": recipe.series,
+            "label": recipe.label,
+            "status": point["status"],
+            "fine": point.get("fine", False),
+        }
+        row |= {
+            name: "" if name in ours else value_of(point, key, scene) for name, key in KEYS.items()
+        }
+        row |= {
+            "warnings": point.get("warnings", "none"),
+            "cpu_seconds": point["cpu_seconds"],
+            "cost": math.nan,
+            "steps": math.nan,
+            "duration": math.nan,
+        }
         if point["status"] == "ok":
             row |= {"cost": cost(point), "steps": point["steps"], "duration": point["tau"][-1]}
-            row |= {f"error_{name}": value for name, value in errors(point, reference["mean"], scene).items()}
+            row |= {
+                f"error_{name}": value
+                for name, value in errors(point, reference["mean"], scene).items()
+            }
             limit = limits.get(row["law"])
             if limit and not row["fine"]:
-                row |= {f"numerical_{name}": value for name, value in errors(point, limit, scene).items()}
-        row |= {"message": point.get("message", ""), "commit": point.get("commit", ""), "command": recipe.command(scene.path.parent)}
+                row |= {
+                    f"numerical_{name}": value
+                    for name, value in errors(point, limit, scene).items()
+                }
+        row |= {
+            "message": point.get("message", ""),
+            "commit": point.get("commit", ""),
+            "command": recipe.command(scene.path.parent),
+        }
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -80,11 +123,21 @@ def sentences(points: pd.DataFrame, reference: dict, name: str) -> list[str]:
     for level in LEVELS:
         found = best(points, name, level)
         if found is None:
-            continuum = points[(points["engine"] == "mpm") & (points["status"] == "ok") & ~points["fine"]]
+            continuum = points[
+                (points["engine"] == "mpm") & (points["status"] == "ok") & ~points["fine"]
+            ]
             nearest = continuum.loc[continuum[f"error_{name}"].idxmin()] if len(continuum) else None
-            tail = "" if nearest is None else (f"; the continuum's nearest, {nearest['label']}, is {nearest[f'error_{name}']:.1%} off")
+            tail = (
+                ""
+                if nearest is None
+                else (
+                    f"; the continuum's nearest, {nearest['label']}, is {nearest[f'error_{name}']:.1%} off"
+                )
+            )
             out.append(f"{level:.0%}: no recipe but the grains themselves{tail}")
         else:
-            out.append(f"{level:.0%}: {found['engine'].upper()} {found['label']} ({found[f'error_{name}']:.1%} off) at "
-                       f"{found['cost']:.2g} s per √(H/g), {dear / found['cost']:.0f} times cheaper than the grains")
+            out.append(
+                f"{level:.0%}: {found['engine'].upper()} {found['label']} ({found[f'error_{name}']:.1%} off) at "
+                f"{found['cost']:.2g} s per √(H/g), {dear / found['cost']:.0f} times cheaper than the grains"
+            )
     return out

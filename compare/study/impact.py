@@ -15,9 +15,12 @@ def collisions(scene: Path, sets: tuple[str, ...], fraction: float):
     return table(case, Grains.of(case).young_modulus, fraction)
 
 
-def collide(scene: Path, sets: tuple[str, ...], fraction: float, speed: float, tolerance: float) -> dict:
+def collide(
+    scene: Path, sets: tuple[str, ...], fraction: float, speed: float, tolerance: float
+) -> dict:
     """Class of the collision at `speed` [m/s]: "energy growth" when the grains part faster than they met, "inaccurate" when
-    the restitution is off by more than `tolerance` (relative), "lost grains" when they never part."""
+    the restitution is off by more than `tolerance` (relative), "lost grains" when they never part.
+    """
     try:
         rows = collisions(scene, sets, fraction)
     except EngineError as error:
@@ -26,9 +29,17 @@ def collide(scene: Path, sets: tuple[str, ...], fraction: float, speed: float, t
     row = next(row for row in rows if row[name["speed"]] == speed and row[name["angle"]] == 0.0)
     restitution, asked = row[name["restitution"]], load(scene, sets)["grains.restitution"]
     said = f"restitution {restitution:.3f} of {asked:g} asked, {row[name['steps']]:.0f} steps in contact"
-    command = (f"python3 -m dem_reference.collision {scene} {' '.join(f'--set {word}' for word in sets)} "
-               f"--set dem.time_step_fraction={fraction:.4g}")
-    status = "energy growth" if restitution > 1.0 else "inaccurate" if abs(restitution / asked - 1.0) > tolerance else "ok"
+    command = (
+        f"python3 -m dem_reference.collision {scene} {' '.join(f'--set {word}' for word in sets)} "
+        f"--set dem.time_step_fraction={fraction:.4g}"
+    )
+    status = (
+        "energy growth"
+        if restitution > 1.0
+        else "inaccurate"
+        if abs(restitution / asked - 1.0) > tolerance
+        else "ok"
+    )
     return {"status": status, "message": said, "command": command}
 
 

@@ -15,5 +15,7 @@ def run(program: str, doc: str, make) -> int:
     parser.add_argument("-o", "--out", type=Path, required=True)
     options = parser.parse_args()
     config = json.loads(options.config.read_text())
-    write_atomically(options.out, json.dumps(make(Path(config["case"]), config["recipes"][options.key])))
+    write_atomically(
+        options.out, json.dumps(make(Path(config["case"]), config["recipes"][options.key]))
+    )
     return 0

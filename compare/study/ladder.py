@@ -19,7 +19,9 @@ def rungs(scene: Case) -> list[tuple[str, Recipe]]:
     for file in files:
         table = tomllib.loads(file.read_text()).get("ladder") if file.exists() else None
         if table:
-            return [(rung["name"], recipe_of(rung, table["timeout"], scene)) for rung in table["rung"]]
+            return [
+                (rung["name"], recipe_of(rung, table["timeout"], scene)) for rung in table["rung"]
+            ]
     raise CaseError(f"{files[-1]}: no table [ladder]")
 
 
@@ -34,7 +36,9 @@ def recipe_of(rung: dict, timeout: float, scene: Case) -> Recipe:
     return Recipe(rung.get("engine", "mpm"), tuple(sets), rung["name"], timeout)
 
 
-def judge(point: dict, reference: dict, metric: str, tolerance: float, scene: Case) -> verdict.Verdict | None:
+def judge(
+    point: dict, reference: dict, metric: str, tolerance: float, scene: Case
+) -> verdict.Verdict | None:
     """Whether a run's error from the mean of the grains lies within the tolerance, given how few seeds that mean is of.
 
     The seeds' scatter enters by the jackknife: with d the error from the mean of all n seeds and d_i that without seed i, the
@@ -45,7 +49,9 @@ def judge(point: dict, reference: dict, metric: str, tolerance: float, scene: Ca
         return None
     members = reference["members"]
     n, whole = len(members), errors(point, reference["mean"], scene)[metric]
-    without = [errors(point, mean(members[:i] + members[i + 1:], scene), scene)[metric] for i in range(n)]
+    without = [
+        errors(point, mean(members[:i] + members[i + 1 :], scene), scene)[metric] for i in range(n)
+    ]
     return verdict.distance(n * whole - (n - 1) * np.array(without), tolerance)
 
 
@@ -58,11 +64,13 @@ def climb(ladder, run, judged, flight: int = 4) -> tuple[list[dict], int | None]
     tried, points = [], []
     for i, (name, recipe) in enumerate(ladder):
         if i == len(points):
-            points += run([recipe for _, recipe in ladder[i:i + flight]])
+            points += run([recipe for _, recipe in ladder[i : i + flight]])
         point = points[i]
         found = judged(point)
         word = found.word if found else point["status"]
-        tried.append({"rung": name, "recipe": recipe, "point": point, "word": word, "verdict": found})
+        tried.append(
+            {"rung": name, "recipe": recipe, "point": point, "word": word, "verdict": found}
+        )
         agrees = [one["word"] == verdict.AGREE for one in tried[-2:]]
         if len(tried) > 1 and all(agrees):
             return tried, i - 1
@@ -71,21 +79,36 @@ def climb(ladder, run, judged, flight: int = 4) -> tuple[list[dict], int | None]
     return tried, None
 
 
-def paragraph(tried: list[dict], stop: int | None, ladder, reference: dict, metric: str, tolerance: float) -> str:
+def paragraph(
+    tried: list[dict], stop: int | None, ladder, reference: dict, metric: str, tolerance: float
+) -> str:
     """What was not needed, what was, and the factor saved."""
     grains = grain_cost(reference)
     if stop is None:
         ran = [one for one in tried if one["verdict"]]
         nearest = min(ran, key=lambda one: one["verdict"].difference)
-        return (f"No rung agrees with the grains within {tolerance:.0%} of the {metric}; the nearest is {nearest['rung']}, "
-                f"{nearest['verdict'].difference:.1%} ± {nearest['verdict'].half_width:.1%} off.")
+        return (
+            f"No rung agrees with the grains within {tolerance:.0%} of the {metric}; the nearest is {nearest['rung']}, "
+            f"{nearest['verdict'].difference:.1%} ± {nearest['verdict'].half_width:.1%} off."
+        )
     chosen = tried[stop]
     price = cost(chosen["point"])
-    lower = [f"{one['rung']} ({one['verdict'].difference:.1%})" if one["verdict"] else f"{one['rung']} ({one['word']})" for one in tried[:stop]]
-    above = [name for name, _ in ladder[stop + 1:]]
-    said = (f"Enough: {chosen['rung']}, {chosen['verdict'].difference:.1%} ± {chosen['verdict'].half_width:.1%} off in the {metric}, at "
-            f"{price:.2g} s per √(H/g), {grains / price:.0f} times cheaper than the grains")
+    lower = [
+        f"{one['rung']} ({one['verdict'].difference:.1%})"
+        if one["verdict"]
+        else f"{one['rung']} ({one['word']})"
+        for one in tried[:stop]
+    ]
+    above = [name for name, _ in ladder[stop + 1 :]]
+    said = (
+        f"Enough: {chosen['rung']}, {chosen['verdict'].difference:.1%} ± {chosen['verdict'].half_width:.1%} off in the {metric}, at "
+        f"{price:.2g} s per √(H/g), {grains / price:.0f} times cheaper than the grains"
+    )
     if stop + 1 < len(tried):
         said += f"; one rung up ({tried[stop + 1]['rung']}) agrees as well"
     said += ". " + (f"Not enough: {', '.join(lower)}. " if lower else "Nothing cheaper was tried. ")
-    return said + (f"Not needed: {', '.join(above)}." if above else "Nothing above it would have been left out.")
+    return said + (
+        f"Not needed: {', '.join(above)}."
+        if above
+        else "Nothing above it would have been left out."
+    )

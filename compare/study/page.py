@@ -15,10 +15,27 @@ def shown(cell) -> str:
     return str(cell)
 
 
-def write(path: Path, title: str, origin: dict, figures: list[tuple[str, list[str], str]], tables: dict[str, pd.DataFrame]):
+def write(
+    path: Path,
+    title: str,
+    origin: dict,
+    figures: list[tuple[str, list[str], str]],
+    tables: dict[str, pd.DataFrame],
+):
     """`figures` are (heading, sentences, SVG); the last column of a table is set as code."""
-    environment = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True)
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
+    )
     environment.filters["number"] = shown
-    write_atomically(path, environment.get_template("page.html.j2").render(
-        title=title, origin=origin, figures=[(heading, words, svg[svg.index("<svg"):]) for heading, words, svg in figures],
-        tables=[(heading, list(table), table.to_numpy().tolist()) for heading, table in tables.items()]))
+    write_atomically(
+        path,
+        environment.get_template("page.html.j2").render(
+            title=title,
+            origin=origin,
+            figures=[(heading, words, svg[svg.index("<svg") :]) for heading, words, svg in figures],
+            tables=[
+                (heading, list(table), table.to_numpy().tolist())
+                for heading, table in tables.items()
+            ],
+        ),
+    )

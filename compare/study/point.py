@@ -21,20 +21,35 @@ from compare.study.signature import compact
 
 def measure(scene: Path, recipe: Recipe) -> dict:
     """The recipe's signature, or its failure: class, message and the processor seconds it had taken."""
+
     def limited():
         resource.setrlimit(resource.RLIMIT_CPU, (int(recipe.timeout) + 1, int(recipe.timeout) + 5))
 
     with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
         result = Path(folder) / "run.h5"
-        done = subprocess.run(recipe.words(scene, result), capture_output=True, text=True, preexec_fn=limited, check=False,
-                              env=os.environ | {"OMP_NUM_THREADS": "1"})
+        done = subprocess.run(
+            recipe.words(scene, result),
+            capture_output=True,
+            text=True,
+            preexec_fn=limited,
+            check=False,
+            env=os.environ | {"OMP_NUM_THREADS": "1"},
+        )
         if done.returncode == 0:
             return {"status": "ok"} | compact(open_run(result))
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     spent = usage.ru_utime + usage.ru_stime
-    if done.returncode < 0 or "code -24" in done.stderr:  # SIGXCPU, of the program or of a process of its own
-        return {"status": TIMEOUT, "message": f"stopped after {spent:.0f} s of processor time", "cpu_seconds": spent}
-    line = (done.stderr.strip().splitlines() or [f"ended with code {done.returncode} and no word"])[-1]
+    if (
+        done.returncode < 0 or "code -24" in done.stderr
+    ):  # SIGXCPU, of the program or of a process of its own
+        return {
+            "status": TIMEOUT,
+            "message": f"stopped after {spent:.0f} s of processor time",
+            "cpu_seconds": spent,
+        }
+    line = (done.stderr.strip().splitlines() or [f"ended with code {done.returncode} and no word"])[
+        -1
+    ]
     return {"status": classify(line), "message": line, "cpu_seconds": spent}
 
 

@@ -12,7 +12,12 @@ from dem_reference.output import commit as head
 
 def about(command: str, **more) -> dict:
     today = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d")
-    return {"command": command, "commit": head(), "date": today, "machine": f"{platform.machine()}, {processor()}"} | more
+    return {
+        "command": command,
+        "commit": head(),
+        "date": today,
+        "machine": f"{platform.machine()}, {processor()}",
+    } | more
 
 
 def save(table: pd.DataFrame, path, origin: dict, note: str):

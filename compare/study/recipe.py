@@ -12,7 +12,9 @@ from compare import case
 from compare.errors import CaseError
 from compare.programs import ROOT, program
 
-DEM_SOURCES = sorted((ROOT / "dem_reference").glob("*.py")) + sorted((ROOT / "dem_reference" / "scripts").glob("*.in"))
+DEM_SOURCES = sorted((ROOT / "dem_reference").glob("*.py")) + sorted(
+    (ROOT / "dem_reference" / "scripts").glob("*.in")
+)
 
 
 @dataclass(frozen=True)
@@ -25,15 +27,27 @@ class Recipe:
 
     def __getitem__(self, key: str) -> str | None:
         """The value the recipe gives to a key of the case, if it does."""
-        return next((word.split("=", 1)[1] for word in reversed(self.sets) if word.split("=", 1)[0] == key), None)
+        return next(
+            (word.split("=", 1)[1] for word in reversed(self.sets) if word.split("=", 1)[0] == key),
+            None,
+        )
 
     @property
     def label(self) -> str:
-        return ", ".join(word.split(".", 1)[1].replace("_", " ").replace("=", " ") for word in self.sets) or "as the case says"
+        return (
+            ", ".join(
+                word.split(".", 1)[1].replace("_", " ").replace("=", " ") for word in self.sets
+            )
+            or "as the case says"
+        )
 
     def words(self, scene: Path, result: str | Path) -> list[str]:
         """The command line that runs it."""
-        engine = [str(program("mpm_run"))] if self.engine == "mpm" else ["/usr/bin/python3", "-m", "dem_reference.run"]
+        engine = (
+            [str(program("mpm_run"))]
+            if self.engine == "mpm"
+            else ["/usr/bin/python3", "-m", "dem_reference.run"]
+        )
         sets = [word for assignment in self.sets for word in ("--set", assignment)]
         return [*engine, str(scene), *sets, "--seed", str(self.seed), "--quiet", "-o", str(result)]
 
@@ -68,7 +82,9 @@ def study(scene: case.Case, name: str) -> dict:
     """The table [<name>] of the case's study.toml. Raises CaseError when there is none."""
     file = scene.path.with_name("study.toml")
     if not file.exists():
-        raise CaseError(f"{file}: no such file (it holds the recipes of the case's studies) see cases/column_small/study.toml")
+        raise CaseError(
+            f"{file}: no such file (it holds the recipes of the case's studies) see cases/column_small/study.toml"
+        )
     try:
         table = tomllib.loads(file.read_text()).get(name)
     except tomllib.TOMLDecodeError as error:
@@ -85,7 +101,14 @@ def expand(series: dict, timeout: float) -> list[Recipe]:
     recipes = []
     for chosen in itertools.product(*values):
         varied = [assignment(key, value) for key, value in zip(keys, chosen)]
-        recipes.append(Recipe(series["engine"], tuple(fixed + varied), series["name"], series.get("timeout", timeout)))
+        recipes.append(
+            Recipe(
+                series["engine"],
+                tuple(fixed + varied),
+                series["name"],
+                series.get("timeout", timeout),
+            )
+        )
     return recipes
 
 

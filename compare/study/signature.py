@@ -13,9 +13,21 @@ from compare.runs import Cloud, Run
 # of the quantile function of mass; with the levels that run-outs are read at, a rounding error above them
 LEVELS = np.union1d(np.arange(1, 513) / 512, [0.99 + 1e-9, 0.995 + 1e-9])
 INTERVAL = 0.05  # of the histories [sqrt(H/g)]
-HISTORY = ("kinetic", "potential", "dissipated", "dissipated_collisional", "dissipated_short", "unaccounted")
-WORDS = {"run_out": "run-out", "deposit": "deposit (Wasserstein distance along x)", "kinetic": "kinetic energy over time",
-         "dissipation": "split of the dissipation", "combined": "combined (root mean square of the four)"}
+HISTORY = (
+    "kinetic",
+    "potential",
+    "dissipated",
+    "dissipated_collisional",
+    "dissipated_short",
+    "unaccounted",
+)
+WORDS = {
+    "run_out": "run-out",
+    "deposit": "deposit (Wasserstein distance along x)",
+    "kinetic": "kinetic energy over time",
+    "dissipation": "split of the dissipation",
+    "combined": "combined (root mean square of the four)",
+}
 
 
 def compact(run: Run) -> dict:
@@ -25,13 +37,26 @@ def compact(run: Run) -> dict:
     shares = np.cumsum(cloud.mass[order]) / cloud.mass.sum()
     x = cloud.x[order, 0][np.searchsorted(shares, LEVELS - 2e-9).clip(0, len(order) - 1)]
     times = np.append(np.arange(0.0, tau[-1], INTERVAL), tau[-1])
-    steps, cpu = run.attributes["steps"], run.attributes.get("cpu_seconds_collapse", run.attributes["cpu_seconds"])
-    history = {name: np.interp(times, tau, run.energy[name]) for name in HISTORY if name in run.energy}
-    return {"engine": run.engine, "seed": int(run.attributes["seed"]), "mass": float(run.mass), "x": digits(x),
-            "tau": digits(times), **{name: digits(values) for name, values in history.items()}, "steps": int(steps),
-            "cpu_seconds": float(cpu), "cpu_seconds_packing": float(run.attributes.get("cpu_seconds_packing", 0.0)),
-            "end_reason": str(run.attributes["end_reason"]),
-            "commit": str(run.attributes.get("commit", "unknown")), "warnings": str(run.attributes.get("warnings", "none"))}
+    steps, cpu = run.attributes["steps"], run.attributes.get(
+        "cpu_seconds_collapse", run.attributes["cpu_seconds"]
+    )
+    history = {
+        name: np.interp(times, tau, run.energy[name]) for name in HISTORY if name in run.energy
+    }
+    return {
+        "engine": run.engine,
+        "seed": int(run.attributes["seed"]),
+        "mass": float(run.mass),
+        "x": digits(x),
+        "tau": digits(times),
+        **{name: digits(values) for name, values in history.items()},
+        "steps": int(steps),
+        "cpu_seconds": float(cpu),
+        "cpu_seconds_packing": float(run.attributes.get("cpu_seconds_packing", 0.0)),
+        "end_reason": str(run.attributes["end_reason"]),
+        "commit": str(run.attributes.get("commit", "unknown")),
+        "warnings": str(run.attributes.get("warnings", "none")),
+    }
 
 
 def digits(values) -> list[float]:
@@ -46,8 +71,15 @@ def expand(signature: dict, scene: Case) -> Run:
     scale = np.sqrt(scene["geometry.height"] / scene["geometry.gravity"])
     energy = {name: np.array(signature[name]) for name in HISTORY if name in signature}
     energy["time"] = scale * np.array(signature["tau"])
-    return Run(signature["engine"], signature["engine"], scene, energy["time"][-1:],
-               [Cloud(x, np.zeros_like(x), mass, mass / scene["grains.density"])], energy, signature)
+    return Run(
+        signature["engine"],
+        signature["engine"],
+        scene,
+        energy["time"][-1:],
+        [Cloud(x, np.zeros_like(x), mass, mass / scene["grains.density"])],
+        energy,
+        signature,
+    )
 
 
 def cost(signature: dict) -> float:
@@ -61,21 +93,34 @@ def mean(signatures: list[dict], scene: Case) -> dict:
     runs = [expand(signature, scene) for signature in signatures]
     pair([], runs)
     tau = max((signature["tau"] for signature in signatures), key=lambda times: times[-1])
-    history = {name: digits(np.mean([np.interp(tau, run.energy_tau(), run.joules(name)) for run in runs], axis=0))
-               for name in HISTORY if all(name in run.energy for run in runs)}
-    return signatures[0] | history | {"tau": tau, "x": digits(np.mean([signature["x"] for signature in signatures], axis=0))}
+    history = {
+        name: digits(
+            np.mean([np.interp(tau, run.energy_tau(), run.joules(name)) for run in runs], axis=0)
+        )
+        for name in HISTORY
+        if all(name in run.energy for run in runs)
+    }
+    return (
+        signatures[0]
+        | history
+        | {"tau": tau, "x": digits(np.mean([signature["x"] for signature in signatures], axis=0))}
+    )
 
 
 def errors(signature: dict, reference: dict, scene: Case) -> dict[str, float]:
     """How far a run is from a reference, each relative: the run-out to the final length, the deposit to L0, the kinetic energy
-    to the area under the reference's, the dissipation to the energy it releases; and their root mean square."""
+    to the area under the reference's, the dissipation to the energy it releases; and their root mean square.
+    """
     run, other = expand(signature, scene), expand(reference, scene)
     pair([run], [other])
     metrics = all_metrics()
     run_out = metrics["run_out"]
-    found = {"run_out": abs(run_out(run) - run_out(other)) / (1.0 + run_out(other)),
-             "deposit": metrics["wasserstein_x"](run, other),
-             "kinetic": metrics["kinetic_energy_distance"](run, other),
-             "dissipation": metrics["dissipation_split"](run, other)}
+    found = {
+        "run_out": abs(run_out(run) - run_out(other)) / (1.0 + run_out(other)),
+        "deposit": metrics["wasserstein_x"](run, other),
+        "kinetic": metrics["kinetic_energy_distance"](run, other),
+        "dissipation": metrics["dissipation_split"](run, other),
+    }
     return {name: float(value) for name, value in found.items()} | {
-        "combined": float(np.sqrt(np.mean(np.square(list(found.values())))))}
+        "combined": float(np.sqrt(np.mean(np.square(list(found.values())))))
+    }

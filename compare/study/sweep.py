@@ -10,15 +10,22 @@ from compare.errors import EngineError
 from compare.programs import ROOT
 from compare.study.recipe import Recipe
 
-HELP = {"jobs": "runs at a time (%(default)s)",
-        "profile": "a Snakemake profile, such as dem_reference/slurm: the runs go to a cluster"}
+HELP = {
+    "jobs": "runs at a time (%(default)s)",
+    "profile": "a Snakemake profile, such as dem_reference/slurm: the runs go to a cluster",
+}
 
 
 def arguments(parser):
     """Options that every study has."""
     parser.add_argument("--jobs", type=int, default=2, help=HELP["jobs"])
     parser.add_argument("--profile", type=Path, metavar="DIR", help=HELP["profile"])
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of tables and figures (runs/studies/<case>/<study>)")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="folder of tables and figures (runs/studies/<case>/<study>)",
+    )
 
 
 def relative(path: Path) -> Path:
@@ -27,7 +34,9 @@ def relative(path: Path) -> Path:
     return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
 
 
-def sweep(scene: case.Case, tasks: dict[str, dict], options, program: str = "compare.study.point") -> dict[str, dict]:
+def sweep(
+    scene: case.Case, tasks: dict[str, dict], options, program: str = "compare.study.point"
+) -> dict[str, dict]:
     """The results of the tasks, by the key each is kept under in runs/studies/points.
 
     `program` makes one of them: python3 -m PROGRAM CONFIG KEY -o RESULT.json, where CONFIG holds "case" and "recipes".
@@ -38,17 +47,48 @@ def sweep(scene: case.Case, tasks: dict[str, dict], options, program: str = "com
     if any(not (store / f"{key}.json").exists() for key in tasks):
         config = store / f"config-{os.getpid()}.json"
         path = scene.path.parent if scene.path.name == "case.toml" else scene.path
-        config.write_text(json.dumps({"case": str(relative(path)), "recipes": tasks, "program": program, "file": str(config)}))
-        words = ["snakemake", "-s", Path(__file__).with_name("Snakefile"), "--configfile", config, "--directory", store,
-                 "--rerun-incomplete", "--rerun-triggers", "mtime", "--keep-going", "--nolock", "--quiet", "all"]
-        words += ["--profile", options.profile.resolve()] if options.profile else ["--cores", options.jobs]
+        config.write_text(
+            json.dumps(
+                {
+                    "case": str(relative(path)),
+                    "recipes": tasks,
+                    "program": program,
+                    "file": str(config),
+                }
+            )
+        )
+        words = [
+            "snakemake",
+            "-s",
+            Path(__file__).with_name("Snakefile"),
+            "--configfile",
+            config,
+            "--directory",
+            store,
+            "--rerun-incomplete",
+            "--rerun-triggers",
+            "mtime",
+            "--keep-going",
+            "--nolock",
+            "--quiet",
+            "all",
+        ]
+        words += (
+            ["--profile", options.profile.resolve()]
+            if options.profile
+            else ["--cores", options.jobs]
+        )
         try:
-            done = subprocess.run([str(word) for word in words], cwd=ROOT, check=False, capture_output=True, text=True)
+            done = subprocess.run(
+                [str(word) for word in words], cwd=ROOT, check=False, capture_output=True, text=True
+            )
         finally:
             config.unlink()
         if done.returncode:
-            raise EngineError(f"study: not every run could be started (see {store / '.snakemake' / 'log'}) "
-                              f"run it again to take up the rest: {done.stderr.strip().splitlines()[-1:]}")
+            raise EngineError(
+                f"study: not every run could be started (see {store / '.snakemake' / 'log'}) "
+                f"run it again to take up the rest: {done.stderr.strip().splitlines()[-1:]}"
+            )
     return {key: json.loads((store / f"{key}.json").read_text()) for key in tasks}
 
 

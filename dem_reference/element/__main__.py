@@ -13,7 +13,9 @@ from dem_reference.element.case import Case
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("case", type=Path)
     parser.add_argument("--point", help="the one point to run, by name; its record is not gathered")
     parser.add_argument("--gather", action="store_true", help="only gather the records that wait")
@@ -24,7 +26,9 @@ def main() -> int:
         if arguments.point:
             named = {campaign.name_of(case, point): point for point in campaign.points(case)}
             if arguments.point not in named:
-                raise CaseError(f"{case.path}: no point '{arguments.point}' (one of {', '.join(named)} expected)")
+                raise CaseError(
+                    f"{case.path}: no point '{arguments.point}' (one of {', '.join(named)} expected)"
+                )
             campaign.store_point(case, named[arguments.point])
             return 0
     except CaseError as error:

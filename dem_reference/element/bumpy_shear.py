@@ -14,7 +14,11 @@ from dem_reference.element.packing import random_positions
 
 KEYS = ("solid_fraction", "shear_rate")
 CORE = 0.4  # middle part of the gap that is averaged
-WIDTH, DEPTH, SPACING = 8, 6, 1.1  # glued grains of a wall along x and along z; their spacing over d
+WIDTH, DEPTH, SPACING = (
+    8,
+    6,
+    1.1,
+)  # glued grains of a wall along x and along z; their spacing over d
 SETUP = """\
 atom_style granular
 atom_modify map array
@@ -62,9 +66,16 @@ velocity flow ramp vx -{v} {v} y 0 {gap} units box
 
 def points(case) -> list[tuple[dict, int]]:
     """Every (point, seed)."""
-    strain = {"strain": case["bumpy_shear.strain"], "strain_discarded": case["bumpy_shear.strain_discarded"]}
-    return [({"solid_fraction": fraction, "shear_rate": rate} | strain, seed) for seed in case["element.seeds"]
-            for rate in case["bumpy_shear.rates"] for fraction in case["bumpy_shear.solid_fractions"]]
+    strain = {
+        "strain": case["bumpy_shear.strain"],
+        "strain_discarded": case["bumpy_shear.strain_discarded"],
+    }
+    return [
+        ({"solid_fraction": fraction, "shear_rate": rate} | strain, seed)
+        for seed in case["element.seeds"]
+        for rate in case["bumpy_shear.rates"]
+        for fraction in case["bumpy_shear.solid_fractions"]
+    ]
 
 
 def run(grains: Grains, point: dict, folder: Path) -> dict:
@@ -79,20 +90,38 @@ def run(grains: Grains, point: dict, folder: Path) -> dict:
 def shear(grains: Grains, point: dict, folder: Path) -> dict:
     d, dt = grains.diameter, grains.time_step(point["time_step_fraction"])
     lx, lz = WIDTH * SPACING * d, DEPTH * SPACING * d
-    gap = d + point["grains"] * grains.volume / (point["solid_fraction"] * lx * lz)  # between the walls' centres
+    gap = d + point["grains"] * grains.volume / (
+        point["solid_fraction"] * lx * lz
+    )  # between the walls' centres
     speed = point["shear_rate"] * gap / 2
     centres, d0 = random_positions(point["grains"], (lx, gap - 2 * d, lz), point["seed"])
-    x, z = np.meshgrid((np.arange(WIDTH) + 0.5) * SPACING * d, (np.arange(DEPTH) + 0.5) * SPACING * d)
+    x, z = np.meshgrid(
+        (np.arange(WIDTH) + 0.5) * SPACING * d, (np.arange(DEPTH) + 0.5) * SPACING * d
+    )
     wall = np.column_stack([x.ravel(), np.zeros(x.size), z.ravel()])
 
     engine = liggghts.Engine(folder / "log.liggghts")
-    engine.commands(SETUP.format(lx=lx, lz=lz, low=-2 * d, high=gap + 2 * d, d=d, E=grains.young_modulus, nu=grains.poisson_ratio,
-                                 e=grains.restitution, mu=grains.friction, dt=dt))
+    engine.commands(
+        SETUP.format(
+            lx=lx,
+            lz=lz,
+            low=-2 * d,
+            high=gap + 2 * d,
+            d=d,
+            E=grains.young_modulus,
+            nu=grains.poisson_ratio,
+            e=grains.restitution,
+            mu=grains.friction,
+            dt=dt,
+        )
+    )
     engine.create(centres + [0, d, 0])
     engine.create(wall, 2)
     engine.create(wall + [0, gap, 0], 2)
-    engine.commands(f"group flow type 1\ngroup walls type 2\nregion half block INF INF INF {gap / 2} INF INF units box\n"
-                    "group below region half\ngroup lower intersect walls below\ngroup upper subtract walls lower")
+    engine.commands(
+        f"group flow type 1\ngroup walls type 2\nregion half block INF INF INF {gap / 2} INF INF units box\n"
+        "group below region half\ngroup lower intersect walls below\ngroup upper subtract walls lower"
+    )
     engine.commands(SHEAR.format(rho=grains.density, d=d, d0=d0, skin=0.2 * d, v=speed, gap=gap))
     engine.command("run 0 post no")
 
@@ -115,16 +144,28 @@ def shear(grains: Grains, point: dict, folder: Path) -> dict:
     # The engine's kinetic part holds the whole velocity: take it out, and put in that of the fluctuations.
     vx, vy, vz = velocity.T
     ux, uy, uz = own.T
-    whole, fluctuating = (grains.mass * np.array([np.average(a * b, weights=share) for a, b in pairs]) * number
-                          for pairs in (((vx, vx), (vy, vy), (vz, vz), (vx, vy)), ((ux, ux), (uy, uy), (uz, uz), (ux, uy))))
-    xx, yy, zz, xy = (np.mean([sample[3] for sample in samples], axis=0) - whole + fluctuating) / volume
-    return {"core_solid_fraction": float(number * grains.volume / volume), "core_shear_rate": float(slope),
-            "granular_temperature": float(np.average(np.mean(own**2, axis=1), weights=share)), "pressure": float((xx + yy + zz) / 3),
-            "shear_stress": float(-xy)}
+    whole, fluctuating = (
+        grains.mass * np.array([np.average(a * b, weights=share) for a, b in pairs]) * number
+        for pairs in (
+            ((vx, vx), (vy, vy), (vz, vz), (vx, vy)),
+            ((ux, ux), (uy, uy), (uz, uz), (ux, uy)),
+        )
+    )
+    xx, yy, zz, xy = (
+        np.mean([sample[3] for sample in samples], axis=0) - whole + fluctuating
+    ) / volume
+    return {
+        "core_solid_fraction": float(number * grains.volume / volume),
+        "core_shear_rate": float(slope),
+        "granular_temperature": float(np.average(np.mean(own**2, axis=1), weights=share)),
+        "pressure": float((xx + yy + zz) / 3),
+        "shear_stress": float(-xy),
+    }
 
 
 def part_within(height: np.ndarray, half: float, radius: float) -> np.ndarray:
     """Fraction of each sphere at `height` [m] that lies in |y| < half: grains form layers, so centres alone mislead."""
+
     def below(h):  # fraction of a sphere below h from its centre: (r + h)^2 (2 r - h)/(4 r^3)
         h = np.clip(h, -radius, radius)
         return (radius + h) ** 2 * (2 * radius - h) / (4 * radius**3)

@@ -20,7 +20,10 @@ def test_module(case: Case):
 
 def points(case: Case) -> list[dict]:
     """All points of the case, those to run first at the front, once per seed."""
-    common = {"grains": case["element.grains"], "time_step_fraction": case["element.time_step_fraction"]}
+    common = {
+        "grains": case["element.grains"],
+        "time_step_fraction": case["element.time_step_fraction"],
+    }
     return [point | {"seed": seed} | common for point, seed in test_module(case).points(case)]
 
 
@@ -58,8 +61,13 @@ def run_point(case: Case, point: dict) -> list[dict]:
         except (EngineError, RuntimeError) as error:
             results, status = {}, f"failed: {error}".replace("\n", " ")
     used = os.times()
-    cost = {"status": status, "commit": commit(), "machine": records.machine(), "wall_seconds": time.time() - wall,
-            "cpu_seconds": sum(used[:4]) - sum(cpu[:4])}
+    cost = {
+        "status": status,
+        "commit": commit(),
+        "machine": records.machine(),
+        "wall_seconds": time.time() - wall,
+        "cpu_seconds": sum(used[:4]) - sum(cpu[:4]),
+    }
     rows = results if isinstance(results, list) else [results]
     identity = {key: value for key, value in point.items() if not isinstance(value, list)}
     return [identity | row | cost for row in rows]
@@ -81,11 +89,15 @@ def gather(case: Case, command: str) -> int:
     rows = {}
     for row in records.read(reference_file(case)):
         rows.setdefault(name_of(case, row), []).append(row)
-    waiting = [path for path in (record_file(case, point) for point in missing(case)) if path.exists()]
+    waiting = [
+        path for path in (record_file(case, point) for point in missing(case)) if path.exists()
+    ]
     for path in waiting:
         rows[path.stem] = json.loads(path.read_text())
     order = {name_of(case, point): i for i, point in enumerate(points(case))}
     if waiting:
         ordered = sorted(rows, key=lambda name: order.get(name, len(order)))
-        records.write(reference_file(case), list(itertools.chain(*(rows[name] for name in ordered))), command)
+        records.write(
+            reference_file(case), list(itertools.chain(*(rows[name] for name in ordered))), command
+        )
     return len(waiting)

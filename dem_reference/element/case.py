@@ -33,7 +33,9 @@ class Case:
             if key not in schema:
                 near = difflib.get_close_matches(key, schema, 1)
                 hint = f" Did you mean '{near[0]}'?" if near else ""
-                raise CaseError(f"{self.path}: unknown key '{key}' (a {self.test} test has no such key){hint}")
+                raise CaseError(
+                    f"{self.path}: unknown key '{key}' (a {self.test} test has no such key){hint}"
+                )
         self.values = {key: self._checked(key, entry, written) for key, entry in schema.items()}
 
     def __getitem__(self, key: str):
@@ -54,24 +56,36 @@ class Case:
         kind, values = entry["type"], [value]
         if kind.startswith("["):
             if not isinstance(value, list) or not value:
-                raise CaseError(f"{self.path}: '{key}' = {value!r} (a list of at least one value is expected)")
+                raise CaseError(
+                    f"{self.path}: '{key}' = {value!r} (a list of at least one value is expected)"
+                )
             kind, values = kind[1:-1], value
         for item in values:
             if not isinstance(item, KINDS[kind]) or isinstance(item, bool):
                 raise CaseError(f"{self.path}: '{key}' = {item!r} ({kind} expected)")
             if kind == "choice" and item not in entry["choices"]:
-                raise CaseError(f"{self.path}: '{key}' = {item!r} (one of {', '.join(entry['choices'])} expected)")
+                raise CaseError(
+                    f"{self.path}: '{key}' = {item!r} (one of {', '.join(entry['choices'])} expected)"
+                )
             if "lower" in entry and not entry["lower"] <= item <= entry["upper"]:
-                raise CaseError(f"{self.path}: '{key}' = {item} (outside {entry['lower']:g} .. {entry['upper']:g} "
-                                f"{entry.get('unit', '')})")
-        return [float(item) for item in value] if kind == "float" and isinstance(value, list) else value
+                raise CaseError(
+                    f"{self.path}: '{key}' = {item} (outside {entry['lower']:g} .. {entry['upper']:g} "
+                    f"{entry.get('unit', '')})"
+                )
+        return (
+            [float(item) for item in value]
+            if kind == "float" and isinstance(value, list)
+            else value
+        )
 
 
 def flatten(table: dict, prefix: str = "") -> dict:
     """Nested tables as one, by dotted key."""
     flat = {}
     for key, value in table.items():
-        flat |= flatten(value, f"{prefix}{key}.") if isinstance(value, dict) else {prefix + key: value}
+        flat |= (
+            flatten(value, f"{prefix}{key}.") if isinstance(value, dict) else {prefix + key: value}
+        )
     return flat
 
 

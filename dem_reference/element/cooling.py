@@ -15,10 +15,16 @@ KEYS = ("solid_fraction", "friction")
 
 def points(case) -> list[tuple[dict, int]]:
     """Every (point, seed), seed by seed."""
-    common = {name: case[f"cooling.{name}"] for name in ("granular_temperature", "cooling_times", "samples")}
-    return [({"solid_fraction": fraction, "friction": friction} | common, seed)
-            for seed in case["element.seeds"] for friction in case["cooling.frictions"]
-            for fraction in case["cooling.solid_fractions"]]
+    common = {
+        name: case[f"cooling.{name}"]
+        for name in ("granular_temperature", "cooling_times", "samples")
+    }
+    return [
+        ({"solid_fraction": fraction, "friction": friction} | common, seed)
+        for seed in case["element.seeds"]
+        for friction in case["cooling.frictions"]
+        for fraction in case["cooling.solid_fractions"]
+    ]
 
 
 def haff_rate(nu: float, restitution: float, temperature: float, diameter: float) -> float:
@@ -41,9 +47,16 @@ def run(grains: Grains, point: dict, folder: Path) -> list[dict]:
 
 def cool(grains: Grains, point: dict, folder: Path) -> list[dict]:
     side = box_side(grains, point["grains"], point["solid_fraction"])
-    box = liggghts.Box(grains, point["grains"], side, point["seed"], point["friction"],
-                       grains.time_step(point["time_step_fraction"]), folder / "log.liggghts",
-                       tangential=point["friction"] > 0)
+    box = liggghts.Box(
+        grains,
+        point["grains"],
+        side,
+        point["seed"],
+        point["friction"],
+        grains.time_step(point["time_step_fraction"]),
+        folder / "log.liggghts",
+        tangential=point["friction"] > 0,
+    )
     t0 = point["granular_temperature"]
     velocity = np.random.default_rng(point["seed"]).standard_normal((point["grains"], 3))
     velocity -= velocity.mean(axis=0)
@@ -52,14 +65,26 @@ def cool(grains: Grains, point: dict, folder: Path) -> list[dict]:
     box.array("omega", point["grains"])[:] = 0.0
     box.command("run 0 post no")
 
-    duration = point["cooling_times"] / haff_rate(point["solid_fraction"], grains.restitution, t0, grains.diameter)
+    duration = point["cooling_times"] / haff_rate(
+        point["solid_fraction"], grains.restitution, t0, grains.diameter
+    )
     steps = max(1, round(duration / point["samples"] / box.time_step))
     rows = []
     for sample in range(point["samples"] + 1):
         if sample:
             box.run(steps)
-        rows.append({"time": sample * steps * box.time_step,
-                     "temperature": float(np.mean(np.sum(box.array("v", point["grains"]) ** 2, axis=1)) / 3),
-                     "rotational_temperature": float(
-                         0.1 * grains.diameter**2 * np.mean(np.sum(box.array("omega", point["grains"]) ** 2, axis=1)) / 3)})
+        rows.append(
+            {
+                "time": sample * steps * box.time_step,
+                "temperature": float(
+                    np.mean(np.sum(box.array("v", point["grains"]) ** 2, axis=1)) / 3
+                ),
+                "rotational_temperature": float(
+                    0.1
+                    * grains.diameter**2
+                    * np.mean(np.sum(box.array("omega", point["grains"]) ** 2, axis=1))
+                    / 3
+                ),
+            }
+        )
     return rows

@@ -20,8 +20,14 @@ DAMPING = 1e-2  # viscous damping while coming to rest [kg/s]
 def points(case) -> list[tuple[dict, int]]:
     """Every (point, seed), seed by seed."""
     common = {name: case[f"isotropic.{name}"] for name in ("inertial_number", "probe_strain")}
-    return [({"preparation_friction": friction, "pressures": case["isotropic.pressures"]} | common, seed)
-            for seed in case["element.seeds"] for friction in case["isotropic.preparation_frictions"]]
+    return [
+        (
+            {"preparation_friction": friction, "pressures": case["isotropic.pressures"]} | common,
+            seed,
+        )
+        for seed in case["element.seeds"]
+        for friction in case["isotropic.preparation_frictions"]
+    ]
 
 
 def run(grains: Grains, point: dict, folder: Path) -> list[dict]:
@@ -40,10 +46,18 @@ def compress(grains: Grains, point: dict, folder: Path) -> list[dict]:
         servo = Servo(box, pressure, rate_limit=rate_of(point["inertial_number"], grains, pressure))
         servo.isotropic(pressure)
         stress = at_rest(box)
-        rows.append({"pressure": float(stress.mean()), "unloading": int(pressure < max(pressures[:stage + 1])),
-                     "void_ratio": float(box.void_ratio), "coordination": box.compute("z"),
-                     "bulk_modulus": probe(box, np.ones(3), point["probe_strain"]).mean() / 3,
-                     "shear_modulus": probe(box, np.array([-0.5, 1.0, -0.5]), point["probe_strain"]) @ [-0.5, 1, -0.5] / 3})
+        rows.append(
+            {
+                "pressure": float(stress.mean()),
+                "unloading": int(pressure < max(pressures[: stage + 1])),
+                "void_ratio": float(box.void_ratio),
+                "coordination": box.compute("z"),
+                "bulk_modulus": probe(box, np.ones(3), point["probe_strain"]).mean() / 3,
+                "shear_modulus": probe(box, np.array([-0.5, 1.0, -0.5]), point["probe_strain"])
+                @ [-0.5, 1, -0.5]
+                / 3,
+            }
+        )
     return rows
 
 

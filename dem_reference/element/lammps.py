@@ -7,7 +7,15 @@ from scipy.optimize import brentq
 
 from compare.errors import EngineError
 
-TSUJI = (1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218)  # LAMMPS doc, pair_style granular, damping tsuji
+TSUJI = (
+    1.2728,
+    -4.2783,
+    11.087,
+    -22.348,
+    27.467,
+    -18.022,
+    4.8218,
+)  # LAMMPS doc, pair_style granular, damping tsuji
 
 
 def restitution_to_enter(restitution: float) -> float:
@@ -24,11 +32,21 @@ def restitution_to_enter(restitution: float) -> float:
 def run(script: str, folder: Path) -> None:
     """Runs `script` in `folder` on one core; raises EngineError with LAMMPS's own message."""
     (folder / "in.lammps").write_text(script)
-    done = subprocess.run(["lmp", "-in", "in.lammps", "-log", "log.lammps", "-screen", "none"], cwd=folder,
-                          capture_output=True, text=True, errors="replace")
+    done = subprocess.run(
+        ["lmp", "-in", "in.lammps", "-log", "log.lammps", "-screen", "none"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        errors="replace",
+    )
     log_file = folder / "log.lammps"
-    errors = [line for line in (log_file.read_text(errors="replace") if log_file.exists() else "").splitlines()
-              if line.startswith("ERROR")]
+    errors = [
+        line
+        for line in (log_file.read_text(errors="replace") if log_file.exists() else "").splitlines()
+        if line.startswith("ERROR")
+    ]
     if done.returncode or errors:
-        raise EngineError(f"lammps: {errors[0] if errors else done.stderr.strip()[-200:]} (exit code {done.returncode})"
-                          f" see {log_file}")
+        raise EngineError(
+            f"lammps: {errors[0] if errors else done.stderr.strip()[-200:]} (exit code {done.returncode})"
+            f" see {log_file}"
+        )

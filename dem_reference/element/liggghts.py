@@ -56,8 +56,11 @@ class Engine:
         self._library.lammps_extract_global.restype = C.POINTER(C.c_double)
         words = ["liggghts", "-log", str(log), "-screen", "/dev/null"]
         self._handle = C.c_void_p()
-        self._library.lammps_open_no_mpi(len(words), (C.c_char_p * len(words))(*(w.encode() for w in words)),
-                                         C.byref(self._handle))
+        self._library.lammps_open_no_mpi(
+            len(words),
+            (C.c_char_p * len(words))(*(w.encode() for w in words)),
+            C.byref(self._handle),
+        )
 
     def command(self, line: str) -> None:
         self._library.lammps_command(self._handle, line.encode())
@@ -81,16 +84,23 @@ class Engine:
 
     def kinds(self, count: int) -> np.ndarray:
         """Type of every grain, in the order of `array`."""
-        return np.ctypeslib.as_array(C.cast(self._library.lammps_extract_atom(self._handle, b"type"),
-                                            C.POINTER(C.c_int)), shape=(count,))
+        return np.ctypeslib.as_array(
+            C.cast(self._library.lammps_extract_atom(self._handle, b"type"), C.POINTER(C.c_int)),
+            shape=(count,),
+        )
 
     def compute(self, name: str) -> float:
         """The value of a global scalar compute at this instant."""
-        return C.cast(self._library.lammps_extract_compute(self._handle, name.encode(), 0, 0), C.POINTER(C.c_double))[0]
+        return C.cast(
+            self._library.lammps_extract_compute(self._handle, name.encode(), 0, 0),
+            C.POINTER(C.c_double),
+        )[0]
 
     def compute_array(self, name: str, count: int, columns: int) -> np.ndarray:
         """A view of a per-atom compute's array, shape (count, columns), at this instant."""
-        return _rows(self._library.lammps_extract_compute(self._handle, name.encode(), 1, 2), count, columns)
+        return _rows(
+            self._library.lammps_extract_compute(self._handle, name.encode(), 1, 2), count, columns
+        )
 
     def extent(self, name: str) -> float:
         """A coordinate of the simulation box such as boxxhi [m]."""
@@ -99,20 +109,40 @@ class Engine:
 
 def _rows(address: int, count: int, columns: int) -> np.ndarray:
     """The engine's double** as a numpy array over the same memory."""
-    return np.ctypeslib.as_array(C.cast(address, C.POINTER(C.POINTER(C.c_double)))[0], shape=(count, columns))
+    return np.ctypeslib.as_array(
+        C.cast(address, C.POINTER(C.POINTER(C.c_double)))[0], shape=(count, columns)
+    )
 
 
 class Box(Engine):
     """Grains in a periodic box whose sides may move. Lengths in m, stresses in Pa (compression positive), rates in 1/s."""
 
-    def __init__(self, grains: Grains, count: int, side: float, seed: int, friction: float, time_step: float,
-                 log: Path, tangential: bool = True):
+    def __init__(
+        self,
+        grains: Grains,
+        count: int,
+        side: float,
+        seed: int,
+        friction: float,
+        time_step: float,
+        log: Path,
+        tangential: bool = True,
+    ):
         super().__init__(log)
         self.grains, self.count, self.time_step = grains, count, time_step
         centres, d0 = random_positions(count, side, seed)
-        self.commands(SETUP.format(
-            side=side, d=grains.diameter, E=grains.young_modulus, nu=grains.poisson_ratio, e=grains.restitution,
-            mu=friction, tangential="tangential history" if tangential else "", dt=time_step))
+        self.commands(
+            SETUP.format(
+                side=side,
+                d=grains.diameter,
+                E=grains.young_modulus,
+                nu=grains.poisson_ratio,
+                e=grains.restitution,
+                mu=friction,
+                tangential="tangential history" if tangential else "",
+                dt=time_step,
+            )
+        )
         self.create(centres)
         self.command(f"set group all density {grains.density} diameter {d0:.17g}")
         self.commands(STATE)
@@ -121,9 +151,11 @@ class Box(Engine):
     def _grow(self, d0: float, steps: int = 20000) -> None:
         """Grows the grains from d0 [m] to their own diameter."""
         d = self.grains.diameter
-        self.commands(f"variable d equal ramp({d0:.17g},{d})\nfix grow all adapt 20 atom diameter v_d\n"
-                      f"run {steps} post no\nunfix grow\nset group all diameter {d} density {self.grains.density}\n"
-                      f"neighbor {0.2 * d} bin\nrun 0 post no")
+        self.commands(
+            f"variable d equal ramp({d0:.17g},{d})\nfix grow all adapt 20 atom diameter v_d\n"
+            f"run {steps} post no\nunfix grow\nset group all diameter {d} density {self.grains.density}\n"
+            f"neighbor {0.2 * d} bin\nrun 0 post no"
+        )
 
     def deform(self, rates: np.ndarray, steps: int) -> None:
         """Goes on by `steps` while the box's sides shrink at `rates`, shape (3,) [1/s]; the grains follow affinely."""
@@ -138,7 +170,9 @@ class Box(Engine):
     @property
     def sides(self) -> np.ndarray:
         """Lengths of the box's sides, shape (3,) [m]."""
-        return np.array([self.extent(f"box{axis}hi") - self.extent(f"box{axis}lo") for axis in "xyz"])
+        return np.array(
+            [self.extent(f"box{axis}hi") - self.extent(f"box{axis}lo") for axis in "xyz"]
+        )
 
     @property
     def void_ratio(self) -> float:
@@ -172,5 +206,7 @@ def in_child(function, *arguments, log: Path):
     if child.exitcode:
         text = log.read_text(errors="replace") if log.exists() else ""
         errors = [line for line in text.splitlines() if "ERROR" in line]
-        raise EngineError(f"liggghts: {errors[0] if errors else 'no message'} (exit code {child.exitcode}) see {log}")
+        raise EngineError(
+            f"liggghts: {errors[0] if errors else 'no message'} (exit code {child.exitcode}) see {log}"
+        )
     return result

@@ -3,7 +3,9 @@ import numpy as np
 
 from dem_reference.element.grains import Grains
 
-START = 0.25  # solid fraction of the random sequential addition, safely below its saturation at 0.38
+START = (
+    0.25  # solid fraction of the random sequential addition, safely below its saturation at 0.38
+)
 
 
 def box_side(grains: Grains, count: int, solid_fraction: float) -> float:
@@ -31,4 +33,6 @@ def random_positions(count: int, sides, seed: int) -> tuple[np.ndarray, float]:
             placed += 1
             if placed == count:
                 return centres, diameter
-    raise RuntimeError(f"packing: placed {placed} of {count} grains (random addition got stuck) another seed may do")
+    raise RuntimeError(
+        f"packing: placed {placed} of {count} grains (random addition got stuck) another seed may do"
+    )

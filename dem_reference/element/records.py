@@ -9,9 +9,14 @@ TEXT = ("status", "commit", "machine")
 
 def machine() -> str:
     """Processor and system, in words."""
-    names = [line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
-             if line.startswith("model name")]
-    return f"{names[0] if names else platform.processor()}, {platform.system()} {platform.release()}"
+    names = [
+        line.split(":")[1].strip()
+        for line in Path("/proc/cpuinfo").read_text().splitlines()
+        if line.startswith("model name")
+    ]
+    return (
+        f"{names[0] if names else platform.processor()}, {platform.system()} {platform.release()}"
+    )
 
 
 def read(path: Path) -> list[dict]:
@@ -20,7 +25,10 @@ def read(path: Path) -> list[dict]:
         return []
     with path.open() as file:
         rows = csv.DictReader(line for line in file if not line.startswith("#"))
-        return [{key: value if key in TEXT else float(value or "nan") for key, value in row.items()} for row in rows]
+        return [
+            {key: value if key in TEXT else float(value or "nan") for key, value in row.items()}
+            for row in rows
+        ]
 
 
 def write(path: Path, rows: list[dict], command: str) -> None:
@@ -29,11 +37,16 @@ def write(path: Path, rows: list[dict], command: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part")
     with part.open("w", newline="") as file:
-        for name, value in (("command", command), ("commit", "the column commit; + means with local changes"),
-                            ("machine", "; ".join(sorted({row["machine"] for row in rows}))),
-                            ("seeds", sorted({int(row["seed"]) for row in rows}))):
+        for name, value in (
+            ("command", command),
+            ("commit", "the column commit; + means with local changes"),
+            ("machine", "; ".join(sorted({row["machine"] for row in rows}))),
+            ("seeds", sorted({int(row["seed"]) for row in rows})),
+        ):
             file.write(f"# {name}: {value}\n")
         table = csv.DictWriter(file, columns, lineterminator="\n")
         table.writeheader()
-        table.writerows({k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows)
+        table.writerows(
+            {k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows
+        )
     os.replace(part, path)

@@ -30,7 +30,10 @@ class Servo:
         bound = 4 * self.tau**2 * self.rate_limit
         self.integral = np.clip(self.integral, -bound, bound)
         command = (error + self.integral / (4 * self.tau)) / self.tau
-        self.box.deform(np.where(held, np.clip(command, -self.rate_limit, self.rate_limit), rates), self.INTERVAL)
+        self.box.deform(
+            np.where(held, np.clip(command, -self.rate_limit, self.rate_limit), rates),
+            self.INTERVAL,
+        )
         return self.box.stress
 
     def isotropic(self, pressure: float, tolerance: float = 0.01, longest: int = 4000) -> None:
@@ -41,5 +44,7 @@ class Servo:
             inside = inside + 1 if np.all(abs(stress / pressure - 1) < tolerance) else 0
             if inside == 40:
                 return
-        raise RuntimeError(f"servo: {pressure:g} Pa not held within {tolerance:.0%} after {longest} corrections "
-                           f"(stresses {', '.join(f'{s:.4g}' for s in stress)} Pa) lower the rate limit")
+        raise RuntimeError(
+            f"servo: {pressure:g} Pa not held within {tolerance:.0%} after {longest} corrections "
+            f"(stresses {', '.join(f'{s:.4g}' for s in stress)} Pa) lower the rate limit"
+        )

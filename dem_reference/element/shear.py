@@ -56,9 +56,12 @@ run {steps}
 def points(case) -> list[tuple[dict, int]]:
     """Every (point, seed): all void ratios at the first rate, seed by seed, then the next rate."""
     strain = {"strain": case["shear.strain"], "strain_discarded": case["shear.strain_discarded"]}
-    return [({"solid_fraction": fraction, "shear_rate": rate} | strain, seed)
-            for rate in case["shear.rates"] for seed in case["element.seeds"]
-            for fraction in case["shear.solid_fractions"]]
+    return [
+        ({"solid_fraction": fraction, "shear_rate": rate} | strain, seed)
+        for rate in case["shear.rates"]
+        for seed in case["element.seeds"]
+        for fraction in case["shear.solid_fractions"]
+    ]
 
 
 def run(grains: Grains, point: dict, folder: Path) -> dict:
@@ -78,32 +81,69 @@ def run(grains: Grains, point: dict, folder: Path) -> dict:
     window = 10 * round(0.5 / (rate * dt) / 10)
     windows = round(2 * point["strain"])
     guess = 0.3 * (rate * grains.diameter) ** 2
-    lammps.run(SCRIPT.format(
-        E=grains.young_modulus, e=lammps.restitution_to_enter(grains.restitution), nu=grains.poisson_ratio,
-        mu=grains.friction, rho=grains.density, d=grains.diameter, d0=d0, side=side, dt=dt, rate=rate,
-        skin=0.2 * grains.diameter, grow_steps=20000, temperature=grains.mass * guess / BOLTZMANN,
-        velocity_seed=10007 + point["seed"], top_speed=rate * side, window=window, samples=window // 10,
-        steps=window * windows), folder)
+    lammps.run(
+        SCRIPT.format(
+            E=grains.young_modulus,
+            e=lammps.restitution_to_enter(grains.restitution),
+            nu=grains.poisson_ratio,
+            mu=grains.friction,
+            rho=grains.density,
+            d=grains.diameter,
+            d0=d0,
+            side=side,
+            dt=dt,
+            rate=rate,
+            skin=0.2 * grains.diameter,
+            grow_steps=20000,
+            temperature=grains.mass * guess / BOLTZMANN,
+            velocity_seed=10007 + point["seed"],
+            top_speed=rate * side,
+            window=window,
+            samples=window // 10,
+            steps=window * windows,
+        ),
+        folder,
+    )
 
     rows = np.loadtxt(folder / "mean.txt")[:, 1:]
-    rows = rows[round(2 * point["strain_discarded"]):]
+    rows = rows[round(2 * point["strain_discarded"]) :]
     if not np.isfinite(rows).all() or len(rows) < 2:
-        raise EngineError(f"shear: no steady state was averaged ({len(rows)} finite windows) lengthen the strain")
+        raise EngineError(
+            f"shear: no steady state was averaged ({len(rows)} finite windows) lengthen the strain"
+        )
     temperature = rows[:, 0] * BOLTZMANN / grains.mass
     xx, yy, zz, xy = rows[:, 1:5].T
     pressure = (xx + yy + zz) / 3
     series = dict(zip(MEASURED, (temperature, pressure, -xy, rows[:, 5])))
     result = {name: float(values.mean()) for name, values in series.items()}
-    result |= {f"{name}_error": float(values.std(ddof=1) / np.sqrt(len(values))) for name, values in series.items()}
-    result |= {"normal_difference_1": float((xx - yy).mean() / pressure.mean()),
-               "normal_difference_2": float((yy - zz).mean() / pressure.mean())}
+    result |= {
+        f"{name}_error": float(values.std(ddof=1) / np.sqrt(len(values)))
+        for name, values in series.items()
+    }
+    result |= {
+        "normal_difference_1": float((xx - yy).mean() / pressure.mean()),
+        "normal_difference_2": float((yy - zz).mean() / pressure.mean()),
+    }
     return result
 
 
-def write_data(path: Path, grains: Grains, centres: np.ndarray, diameter: float, side: float) -> None:
+def write_data(
+    path: Path, grains: Grains, centres: np.ndarray, diameter: float, side: float
+) -> None:
     """A LAMMPS data file of grains of one `diameter` [m] in a periodic cube that may be sheared."""
-    lines = ["grains", "", f"{len(centres)} atoms", "1 atom types", *(f"0 {side:.17g} {a}lo {a}hi" for a in "xyz"),
-             "0 0 0 xy xz yz", "", "Atoms # sphere", ""]
-    lines += [f"{i} 1 {diameter:.17g} {grains.density} {x:.17g} {y:.17g} {z:.17g}"
-              for i, (x, y, z) in enumerate(centres, 1)]
+    lines = [
+        "grains",
+        "",
+        f"{len(centres)} atoms",
+        "1 atom types",
+        *(f"0 {side:.17g} {a}lo {a}hi" for a in "xyz"),
+        "0 0 0 xy xz yz",
+        "",
+        "Atoms # sphere",
+        "",
+    ]
+    lines += [
+        f"{i} 1 {diameter:.17g} {grains.density} {x:.17g} {y:.17g} {z:.17g}"
+        for i, (x, y, z) in enumerate(centres, 1)
+    ]
     path.write_text("\n".join(lines) + "\n")

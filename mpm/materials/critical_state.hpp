@@ -45,7 +45,8 @@ class CriticalState {
   /// K_cs = nu dp_cs/dnu [Pa]
   template <class Real>
   Real modulus(const Real& e) const {
-    const Real nu = 1.0 / (1.0 + e), x = nu - nu_c_, dense = select(x > 0.0, scale_ * nu, Real(0.0));
+    const Real nu = 1.0 / (1.0 + e), x = nu - nu_c_,
+               dense = select(x > 0.0, scale_ * nu, Real(0.0));
     if (form_ == Form::linear) return dense;
     return dense * (form_ == Form::square_root ? 2.0 * x : 1.5 * sqrt(larger(x, Real(0.0))));
   }
@@ -54,9 +55,10 @@ class CriticalState {
   template <class Real>
   Real void_ratio(const Real& p) const {
     const Real x = p / scale_;
-    return 1.0 / (nu_c_ + (form_ == Form::linear        ? x
-                           : form_ == Form::square_root ? sqrt(x)
-                                                        : each_lane([](double y) { return std::cbrt(y * y); }, x))) -
+    return 1.0 / (nu_c_ + (form_ == Form::linear ? x
+                           : form_ == Form::square_root
+                               ? sqrt(x)
+                               : each_lane([](double y) { return std::cbrt(y * y); }, x))) -
            1.0;
   }
 

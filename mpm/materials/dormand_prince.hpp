@@ -19,8 +19,8 @@ class DormandPrince {
       : model_(model), tolerance_(relative_tolerance) {}
 
   /// One step, as QuasiStatic::implicit.
-  QuasiStaticResponse<double> operator()(const QuasiStaticState<double>& old, const SymTensor& increment,
-                                         double e_old, double e) const {
+  QuasiStaticResponse<double> operator()(const QuasiStaticState<double>& old,
+                                         const SymTensor& increment, double e_old, double e) const {
     const Path path{model_, increment, e_old};
     const auto before = model_.elasticity.evaluate(old.strain);
     Point now{old.strain, before.stress, 0.0};
@@ -32,8 +32,8 @@ class DormandPrince {
       return r;
     };
     const auto rest_in_closed_form = [&] {
-      return finish(
-          model_.implicit(QuasiStaticState<double>{now.strain, regime}, (1.0 - t) * increment, path.void_ratio(t), e));
+      return finish(model_.implicit(QuasiStaticState<double>{now.strain, regime},
+                                    (1.0 - t) * increment, path.void_ratio(t), e));
     };
     const auto spent = [&](double pressure_before) {
       const double p = trace(now.stress) / 3.0;
@@ -56,9 +56,9 @@ class DormandPrince {
         if (!(contact < 1.0))
           return finish(model_.open(trace(now.strain) + (1.0 - t) * path.closing(t), e));
         const double next = contact + (1.0 - contact) * first_step;
-        const QuasiStaticResponse<double> first =
-            model_.implicit(QuasiStaticState<double>{SymTensor::Zero(), regime}, (next - contact) * increment,
-                            path.void_ratio(contact), path.void_ratio(next));
+        const QuasiStaticResponse<double> first = model_.implicit(
+            QuasiStaticState<double>{SymTensor::Zero(), regime}, (next - contact) * increment,
+            path.void_ratio(contact), path.void_ratio(next));
         now = {first.state.strain, first.stress, now.dissipated + first.dissipated};
         regime = first.state.regime;
         t = next, h = 1.0 - t;
@@ -118,7 +118,8 @@ class DormandPrince {
   }
 
   /// The same for several points, one after the other.
-  [[gnu::noinline]] QuasiStaticResponse<Wide> operator()(const QuasiStaticState<Wide>& old, const WideTensor& increment,
+  [[gnu::noinline]] QuasiStaticResponse<Wide> operator()(const QuasiStaticState<Wide>& old,
+                                                         const WideTensor& increment,
                                                          const Wide& e_old, const Wide& e) const {
     constexpr std::size_t width = Wide::size();
     std::array<QuasiStaticState<double>, width> state;
@@ -132,8 +133,9 @@ class DormandPrince {
       state[lane] = r.state, stress[lane] = r.stress;
       stored[lane] = r.stored, dissipated[lane] = r.dissipated, work[lane] = r.work;
     }
-    return {load<QuasiStaticState>(state.data(), at), load<Tensor>(stress.data(), at), load<Single>(stored.data(), at),
-            load<Single>(dissipated.data(), at), load<Single>(work.data(), at)};
+    return {load<QuasiStaticState>(state.data(), at), load<Tensor>(stress.data(), at),
+            load<Single>(stored.data(), at), load<Single>(dissipated.data(), at),
+            load<Single>(work.data(), at)};
   }
 
  private:

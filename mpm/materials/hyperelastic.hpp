@@ -31,8 +31,8 @@ class Hyperelastic {
 
   template <class T>
   struct Loaded {
-    T stress;                  // [Pa]
-    typename T::Scalar energy; // [J/m3]
+    T stress;                   // [Pa]
+    typename T::Scalar energy;  // [J/m3]
   };
 
   /// Stress and stored energy at an elastic strain; both zero where the strain has opened (a <= 0).
@@ -98,7 +98,8 @@ class Hyperelastic {
     const Real a = trace(strain), e2 = deviator(strain).squaredNorm();
     const Real u2 = a * a + coupling * e2;
     const Real largest = a + coupling * sqrt(2.0 / 3.0 * e2);  // sigma_1/P0 * u
-    const Real modulus = secant(sqrt(u2)) * (1.0 + 4.0 / 3.0 * g / kn + n * k / kn * largest * largest / u2);
+    const Real modulus =
+        secant(sqrt(u2)) * (1.0 + 4.0 / 3.0 * g / kn + n * k / kn * largest * largest / u2);
     return select(a > 0.0, modulus, Real(0.0));
   }
 

@@ -1,6 +1,7 @@
-// Linear elasticity inside a cone around the hydrostatic axis, and plastic flow normal to that axis, so without change of
-// volume. The elastic volumetric strain is therefore the total one, counted from zero pressure: a point torn open
-// carries no stress until its void ratio is back at that of separation. Which cone is the Cone's business.
+// Linear elasticity inside a cone around the hydrostatic axis, and plastic flow normal to that
+// axis, so without change of volume. The elastic volumetric strain is therefore the total one,
+// counted from zero pressure: a point torn open carries no stress until its void ratio is back at
+// that of separation. Which cone is the Cone's business.
 #pragma once
 
 #include "mpm/materials/kinematics.hpp"
@@ -8,14 +9,15 @@
 
 namespace grainpair {
 
-/// Cone: cone.lost(volumetric, length2, e, dt) is the share of an elastic deviator, of square length2, that flow takes away in
-/// a step, 0 inside the cone, for volumetric > 0.
+/// Cone: cone.lost(volumetric, length2, e, dt) is the share of an elastic deviator, of square
+/// length2, that flow takes away in a step, 0 inside the cone, for volumetric > 0.
 template <class Cone>
 class IsochoricPlasticity : public LinearInStrain {
  public:
   template <class Real>
   struct State {
-    Tensor<Real> strain = Tensor<Real>::Zero();  // elastic strain; trace < 0 is the opening since separation
+    Tensor<Real> strain =
+        Tensor<Real>::Zero();  // elastic strain; trace < 0 is the opening since separation
   };
 
   explicit IsochoricPlasticity(const Case& c) : LinearInStrain(c), cone_(c) {}
@@ -37,7 +39,8 @@ class IsochoricPlasticity : public LinearInStrain {
     const Real work = plastic_work(select(loaded, before.dot(dev), Real(0.0)),
                                    select(r.regime == 0.0, Real(0.0), (1.0 - lost) * length2));
     r.energies.plastic = 2.0 * volume_.per_mass * elasticity_.shear * (lost * work);
-    r.work = r.energies.stored - select(loaded, volume_.per_mass * elasticity_.energy(before), Real(0.0)) +
+    r.work = r.energies.stored -
+             select(loaded, volume_.per_mass * elasticity_.energy(before), Real(0.0)) +
              r.energies.plastic;
     return r;
   }
@@ -50,7 +53,8 @@ class IsochoricPlasticity : public LinearInStrain {
   };
   /// From the elastic strain of a trial, in parts.
   template <class Real>
-  Returned<Real> returned(const Real& volumetric, const Tensor<Real>& dev, const Real& e, const Real& dt) const {
+  Returned<Real> returned(const Real& volumetric, const Tensor<Real>& dev, const Real& e,
+                          const Real& dt) const {
     const Real length2 = dev.squaredNorm();
     const auto open = volumetric <= 0.0;
     const Real lost = select(open, Real(1.0), cone_.lost(volumetric, length2, e, dt));
@@ -60,7 +64,8 @@ class IsochoricPlasticity : public LinearInStrain {
     r.regime = select(open, Real(0.0), select(lost > 0.0, Real(2.0), Real(1.0)));
     r.state.strain = plus_isotropic(kept, volumetric * (1.0 / 3));
     r.sigma = select(open, Real(0.0), volume_.cauchy(e)) * elasticity_.stress(volumetric, kept);
-    r.energies.stored = select(open, Real(0.0), volume_.per_mass * elasticity_.energy(volumetric, kept2));
+    r.energies.stored =
+        select(open, Real(0.0), volume_.per_mass * elasticity_.energy(volumetric, kept2));
     return {r, lost, length2};
   }
 

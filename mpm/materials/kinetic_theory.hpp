@@ -11,7 +11,8 @@
 //     sigma_c = p_c I + lam tr(D) I + 2 eta dev(D)  [Ceccato2019, Eq. 12]
 //     Gamma_c = 12/sqrt(pi) (1 - ee^2) nu rho Y T^(3/2)/L
 //     M = (1+en)/2 + pi/16 [5 + 3(1+en)^2(2en-1)G][5 + 6(1+en)G]/{(1+en)[16 - 7(1-en)]G^2}
-//     kappa = 4 M nu rho d Y sqrt(T)/sqrt(pi), with the flux -kappa grad T [Garzo1999, without the part of grad nu]
+//     kappa = 4 M nu rho d Y sqrt(T)/sqrt(pi), with the flux -kappa grad T [Garzo1999, without the
+//     part of grad nu]
 // G is infinite at e <= e_c, so 1/G is what is carried. Coefficients here are per unit of bulk
 // density nu rho.
 #pragma once
@@ -54,8 +55,7 @@ class KineticTheory {
             c.number("material.effective_restitution"), c.number("material.critical_void_ratio"),
             c.number("material.loose_void_ratio"), c.number("material.collision_time_factor"),
             c.number("material.correlation_factor"),
-            correlation(c.word("material.correlation_length")),
-            c.flag("material.bulk_viscosity"),
+            correlation(c.word("material.correlation_length")), c.flag("material.bulk_viscosity"),
             c.word("material.temperature_update") == "explicit"}) {}
 
   explicit KineticTheory(const Parameters& given)
@@ -99,7 +99,8 @@ class KineticTheory {
   Real M(const Real& inverse) const {
     const double en = parameters.restitution;
     return 0.5 * en1_ + std::numbers::pi / 16.0 / (en1_ * (16.0 - 7.0 * (1.0 - en))) *
-                            (5.0 * inverse + 3.0 * en1_ * en1_ * (2.0 * en - 1.0)) * (5.0 * inverse + 6.0 * en1_);
+                            (5.0 * inverse + 3.0 * en1_ * en1_ * (2.0 * en - 1.0)) *
+                            (5.0 * inverse + 6.0 * en1_);
   }
 
   /// L/d: max{1, sqrt(2J/(15(1-ee^2))) [1 + 26(1-ee)/15 (nu - 0.49)/(nu_rcp - nu)]^(3/2)} above nu
@@ -140,11 +141,12 @@ class KineticTheory {
   /// The signs (+, any, -, -) leave exactly one positive root, for any step; the step's energies
   /// balance.
   template <class Real>
-  Real advance(const Coefficients<Real>& c, const Real& s_old, const Real& shear_rate2, const Real& trD,
-               const Real& dt) const {
+  Real advance(const Coefficients<Real>& c, const Real& s_old, const Real& shear_rate2,
+               const Real& trD, const Real& dt) const {
     const Real t_old = s_old * s_old;
     if (parameters.explicit_temperature) {
-      // T + dt 2/3 Y ((H gdot^2 + B trD^2) s + P T trD - Q s^3), forward: NaN where the step overshoots zero
+      // T + dt 2/3 Y ((H gdot^2 + B trD^2) s + P T trD - Q s^3), forward: NaN where the step
+      // overshoots zero
       const Real heating = (c.H * shear_rate2 + c.B * trD * trD) * s_old + c.P * t_old * trD;
       return sqrt(t_old + dt / 1.5 * softened(c, s_old) * (heating - c.Q * t_old * s_old));
     }
@@ -155,18 +157,22 @@ class KineticTheory {
     // The cubic is convex to the right of its positive root, so Newton from there descends to it.
     // From the old value too, where the cubic rises and curves upwards: its first step goes past
     // the root.
-    const auto descends = 3.0 * c3 * s_old + c2 > 0.0 && (3.0 * c3 * s_old + 2.0 * c2) * s_old + 2.0 * c1 > 0.0;
+    const auto descends =
+        3.0 * c3 * s_old + c2 > 0.0 && (3.0 * c3 * s_old + 2.0 * c2) * s_old + 2.0 * c1 > 0.0;
     Real s = s_old;
     if (!all(descends)) {
       const Real cube_root = each_lane([](double x) { return std::cbrt(x); }, -3.0 * c0 / c3);
-      const Real bound = larger(larger(3.0 * larger(-c2, Real(0.0)) / c3, sqrt(-3.0 * c1 / c3)), cube_root);
+      const Real bound =
+          larger(larger(3.0 * larger(-c2, Real(0.0)) / c3, sqrt(-3.0 * c1 / c3)), cube_root);
       s = select(descends, s_old, bound);
     }
     Mask<Real> pending = !at_rest;
     for (int i = 0; i < 100 && any(pending); ++i) {
-      const Real change = (((c3 * s + c2) * s + c1) * s + c0) / ((3.0 * c3 * s + 2.0 * c2) * s + c1);
+      const Real change =
+          (((c3 * s + c2) * s + c1) * s + c0) / ((3.0 * c3 * s + 2.0 * c2) * s + c1);
       s = select(pending, s - change, s);
-      pending = pending && abs(change) > 1e-9 * s;  // quadratic convergence: what is left is below 1e-16
+      pending =
+          pending && abs(change) > 1e-9 * s;  // quadratic convergence: what is left is below 1e-16
     }
     return select(at_rest, Real(0.0), s);
   }

@@ -18,7 +18,8 @@ class PerfectLadeDuncan : public Athermal {
  public:
   template <class Real>
   struct State {
-    Tensor<Real> strain = Tensor<Real>::Zero();  // elastic; trace a = 0 at zero stress, < 0 when open
+    Tensor<Real> strain =
+        Tensor<Real>::Zero();  // elastic; trace a = 0 at zero stress, < 0 when open
   };
 
   explicit PerfectLadeDuncan(const Case& c)
@@ -29,7 +30,8 @@ class PerfectLadeDuncan : public Athermal {
 
   Response<double, State> initial(const InitialState& start) const {
     if (trace(start.sigma) <= 0.0) return returned<double>(SymTensor::Zero(), start.void_ratio);
-    return returned<double>(elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio)), start.void_ratio);
+    return returned<double>(elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio)),
+                            start.void_ratio);
   }
 
   template <class Real>
@@ -39,7 +41,8 @@ class PerfectLadeDuncan : public Athermal {
     Response<Real, State> r = returned<Real>(trial, step.void_ratio);
     const auto before = elasticity_.evaluate(turned);
     const Tensor<Real> plastic = trial - r.state.strain;
-    const Real work = plastic_work<Real>(before.stress.dot(plastic), r.sigma.dot(plastic) / volume_.cauchy(step.void_ratio));
+    const Real work = plastic_work<Real>(before.stress.dot(plastic),
+                                         r.sigma.dot(plastic) / volume_.cauchy(step.void_ratio));
     r.energies.plastic = volume_.per_mass * select(r.regime == 1.0, Real(0.0), work);
     r.work = r.energies.stored - volume_.per_mass * before.energy + r.energies.plastic;
     return r;
@@ -63,7 +66,8 @@ class PerfectLadeDuncan : public Athermal {
     r.state.strain = select(open, isotropic(a * (1.0 / 3)), trial);
     if (any(flows)) {
       const auto back = cone_.along_flow(elasticity_, dev, a, ratio_, flows);
-      r.state.strain = select(flows, plus_isotropic(back.deviatoric, back.volumetric * (1.0 / 3)), r.state.strain);
+      r.state.strain = select(flows, plus_isotropic(back.deviatoric, back.volumetric * (1.0 / 3)),
+                              r.state.strain);
     }
     const auto now = elasticity_.evaluate(r.state.strain);
     r.sigma = volume_.cauchy(e) * now.stress;

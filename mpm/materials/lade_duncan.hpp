@@ -80,12 +80,13 @@ class LadeDuncan {
   /// the deviatoric plane when isochoric. The trial lies outside and a_trial > 0. multiplier is
   /// negative in no case; volumetric <= 0 means that contraction has taken all the pressure away.
   template <class T, class Real = typename T::Scalar>
-  ConeReturn<T> along_flow(const Hyperelastic& elasticity, const T& trial_deviator, const Real& trial_a,
-                           const std::type_identity_t<Real>& ratio,
+  ConeReturn<T> along_flow(const Hyperelastic& elasticity, const T& trial_deviator,
+                           const Real& trial_a, const std::type_identity_t<Real>& ratio,
                            const Mask<Real>& wanted = Mask<Real>(true)) const {
     if (!any(wanted && ratio != 0.0))
-      return project(elasticity, trial_deviator, trial_a, wanted,
-                     [](const Iterate<Real>&) { return Size<Real>{1.0, 0.0, 0.0, 0.0}; });
+      return project(elasticity, trial_deviator, trial_a, wanted, [](const Iterate<Real>&) {
+        return Size<Real>{1.0, 0.0, 0.0, 0.0};
+      });
     const Real length = trial_deviator.norm();
     const auto spent = ratio > 0.0 && ratio * length >= trial_a;
     // a/a_trial = 1 - b m |N|
@@ -106,17 +107,18 @@ class LadeDuncan {
                             const Mask<Real>& wanted = Mask<Real>(true)) const {
     const double c = elasticity.coupling, n = elasticity.n;
     // a = a_axis (1 + |eta|^2/c)^(-n/2), with a_axis = (p/pa)^(1-n)/(k(1-n))
-    return project(elasticity, trial_deviator, elasticity.size(p), wanted, [n, inverse_c = 1.0 / c](const Iterate<Real>& z) {
-      const Real r2 = (z.x * z.x + z.y * z.y) * inverse_c;
-      if (n == 0.5) {
-        const Real size = 1.0 / sqrt(sqrt(1.0 + r2)), size2 = size * size;
-        const Real slope = (-n * inverse_c) * (size * size2 * size2);
-        return Size<Real>{size, slope * z.x, slope * z.y, 0.0};
-      }
-      const Real size = n == 0.0 ? Real(1.0) : power(1.0 + r2, -0.5 * n);
-      const Real slope = (-n * inverse_c) * size / (1.0 + r2);
-      return Size<Real>{size, slope * z.x, slope * z.y, 0.0};
-    });
+    return project(elasticity, trial_deviator, elasticity.size(p), wanted,
+                   [n, inverse_c = 1.0 / c](const Iterate<Real>& z) {
+                     const Real r2 = (z.x * z.x + z.y * z.y) * inverse_c;
+                     if (n == 0.5) {
+                       const Real size = 1.0 / sqrt(sqrt(1.0 + r2)), size2 = size * size;
+                       const Real slope = (-n * inverse_c) * (size * size2 * size2);
+                       return Size<Real>{size, slope * z.x, slope * z.y, 0.0};
+                     }
+                     const Real size = n == 0.0 ? Real(1.0) : power(1.0 + r2, -0.5 * n);
+                     const Real slope = (-n * inverse_c) * size / (1.0 + r2);
+                     return Size<Real>{size, slope * z.x, slope * z.y, 0.0};
+                   });
   }
 
   double offset;  // C
@@ -186,7 +188,8 @@ class LadeDuncan {
       const Real det = axx * ayy - axy * ayx;
       const Real ux = ayy * fx - axy * fy, uy = axx * fy - ayx * fx;
       const Real vx = ayy * gx - axy * gy, vy = axx * gy - ayx * gx;
-      const Real across = z.nx * vx + z.ny * vy, both = 1.0 / (det * across), inverse = across * both;
+      const Real across = z.nx * vx + z.ny * vy, both = 1.0 / (det * across),
+                 inverse = across * both;
       const Real dm = (f * det - z.nx * ux - z.ny * uy) * (det * both);
       const Real dx = -(ux + vx * dm) * inverse, dy = -(uy + vy * dm) * inverse;
       z.x = select(pending, z.x + dx, z.x), z.y = select(pending, z.y + dy, z.y);
@@ -195,7 +198,8 @@ class LadeDuncan {
       a = size_of(z);
       iterations = select(pending, iterations + 1.0, iterations);
       // Newton converges quadratically: the step after this one would be below round-off.
-      pending = pending && !(dx * dx + dy * dy < tolerance && dm * dm < tolerance * (1.0 + z.m * z.m));
+      pending =
+          pending && !(dx * dx + dy * dy < tolerance && dm * dm < tolerance * (1.0 + z.m * z.m));
     }
     const auto converged = !pending && a.value > 0.0 && z.m >= 0.0 && z.x > 0.0;
     if (any(wanted && !inside && !converged)) {
@@ -208,10 +212,11 @@ class LadeDuncan {
     // i times the direction, from dev(direction^2) = (cosine - i sine) direction/sqrt6; y ~ sine
     const Real scale = a.value * a_ref / elasticity.coupling;
     const Real turn = select(sine > 0.0, z.y / sine, Real(0.0));
-    const T on_cone =
-        (scale * (z.x + turn * cosine)) * direction - (scale * turn / inv_root6) * deviator(square(direction));
+    const T on_cone = (scale * (z.x + turn * cosine)) * direction -
+                      (scale * turn / inv_root6) * deviator(square(direction));
     const Real multiplier = z.m * sqrt(z.nx * z.nx + z.ny * z.ny) * a_ref / elasticity.coupling;
-    return select<Real>(inside, {trial, a_ref, select(outside == 0.0, Real(0.0), Real(-1.0)), 0.0, inside},
+    return select<Real>(inside,
+                        {trial, a_ref, select(outside == 0.0, Real(0.0), Real(-1.0)), 0.0, inside},
                         {on_cone, a.value * a_ref, multiplier, iterations, converged});
   }
 };

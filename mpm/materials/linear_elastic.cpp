@@ -16,7 +16,8 @@ class LinearElastic : public LinearInStrain {
   using LinearInStrain::LinearInStrain;
 
   Response<double, State> initial(const InitialState& start) const {
-    return respond<double>(elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio)), start.void_ratio);
+    return respond<double>(elasticity_.strain(start.sigma / volume_.cauchy(start.void_ratio)),
+                           start.void_ratio);
   }
 
   template <class Real>

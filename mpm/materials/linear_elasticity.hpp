@@ -32,7 +32,8 @@ struct LinearElasticity {
     return plus_isotropic(sigma / (2.0 * shear),
                           trace(sigma) / 3.0 * (1.0 / (3.0 * bulk) - 1.0 / (2.0 * shear)));
   }
-  /// Psi = K tr(eps)^2 / 2 + G dev(eps):dev(eps), where dev(eps):dev(eps) = eps:eps - tr(eps)^2 / 3 [J/m3]
+  /// Psi = K tr(eps)^2 / 2 + G dev(eps):dev(eps), where dev(eps):dev(eps) = eps:eps - tr(eps)^2 / 3
+  /// [J/m3]
   template <class T>
   typename T::Scalar energy(const T& strain) const {
     const typename T::Scalar tr = trace(strain);

@@ -46,11 +46,12 @@ struct QuasiStaticResponse {
 template <class Real>
 QuasiStaticResponse<Real> select(const Mask<Real>& m, const QuasiStaticResponse<Real>& yes,
                                  const QuasiStaticResponse<Real>& no) {
-  return {{select(m, yes.state.strain, no.state.strain), select(m, yes.state.regime, no.state.regime)},
-          select(m, yes.stress, no.stress),
-          select(m, yes.stored, no.stored),
-          select(m, yes.dissipated, no.dissipated),
-          select(m, yes.work, no.work)};
+  return {
+      {select(m, yes.state.strain, no.state.strain), select(m, yes.state.regime, no.state.regime)},
+      select(m, yes.stress, no.stress),
+      select(m, yes.stored, no.stored),
+      select(m, yes.dissipated, no.dissipated),
+      select(m, yes.work, no.work)};
 }
 
 class QuasiStatic {
@@ -101,8 +102,11 @@ class QuasiStatic {
       const auto dense = arrived && !loose;
       if (any(dense)) {
         auto at = cone.at_pressure(elasticity, dev, locus.pressure(e) / volume.cauchy(e), dense);
-        const auto lags = dense && (at.multiplier < 0.0 || a - at.volumetric < -locus.largest_ratio * at.multiplier);
-        if (any(lags)) at = select<Real>(lags, cone.along_flow(elasticity, dev, a, -locus.largest_ratio, lags), at);
+        const auto lags = dense && (at.multiplier < 0.0 ||
+                                    a - at.volumetric < -locus.largest_ratio * at.multiplier);
+        if (any(lags))
+          at = select<Real>(lags, cone.along_flow(elasticity, dev, a, -locus.largest_ratio, lags),
+                            at);
         strain = select(dense, joined(at), strain);
         regime = select(dense, Real(critical), regime);
         now = elasticity.evaluate(strain);
@@ -110,7 +114,8 @@ class QuasiStatic {
     }
     QuasiStaticResponse<Real> r{{strain, regime}, now.stress, now.energy};
     const Tensor<Real> plastic = trial - strain;
-    r.dissipated = select(flows, plastic_work<Real>(before.stress.dot(plastic), now.stress.dot(plastic)), Real(0.0));
+    r.dissipated = select(
+        flows, plastic_work<Real>(before.stress.dot(plastic), now.stress.dot(plastic)), Real(0.0));
     r.work = r.stored - before.energy + r.dissipated;
     return any(stressless) ? select(stressless, released(before, increment, a, e), r) : r;
   }
@@ -132,7 +137,8 @@ class QuasiStatic {
   QuasiStaticResponse<Real> open(const Real& a, const Real& e) const {
     const auto loose = e >= locus.e_c;
     const Real gap = select(loose, volumetric_strain(Real(locus.e_c), e), smaller(a, Real(0.0)));
-    return {{isotropic(gap * (1.0 / 3)), select(loose, Real(collisional), Real(no_regime))}, Tensor<Real>::Zero()};
+    return {{isotropic(gap * (1.0 / 3)), select(loose, Real(collisional), Real(no_regime))},
+            Tensor<Real>::Zero()};
   }
 
   /// P-wave modulus: the elastic one, and in the critical regime that of the locus, K_cs sigma_1/p,
@@ -144,8 +150,10 @@ class QuasiStatic {
     if (!any(on_locus)) return elastic;
     const Real a = trace(state.strain), e2 = deviator(state.strain).squaredNorm();
     const double c = elasticity.coupling;
-    const Real shear = volume.cauchy(e) * (elasticity.g / elasticity.kn) * elasticity.secant(sqrt(a * a + c * e2));
-    const Real followed = locus.modulus(e) * (1.0 + c * sqrt(2.0 / 3.0 * e2) / a) + 4.0 / 3.0 * shear;
+    const Real shear =
+        volume.cauchy(e) * (elasticity.g / elasticity.kn) * elasticity.secant(sqrt(a * a + c * e2));
+    const Real followed =
+        locus.modulus(e) * (1.0 + c * sqrt(2.0 / 3.0 * e2) / a) + 4.0 / 3.0 * shear;
     return select(on_locus, larger(elastic, followed), elastic);
   }
 
@@ -155,9 +163,11 @@ class QuasiStatic {
   SolidVolume volume;
 
  private:
-  /// The elastic strain if nothing flowed. A point without stress strains elastically only while it is in contact.
+  /// The elastic strain if nothing flowed. A point without stress strains elastically only while it
+  /// is in contact.
   template <class Real>
-  Tensor<Real> tried(const QuasiStaticState<Real>& old, const Tensor<Real>& increment, const Real& e) const {
+  Tensor<Real> tried(const QuasiStaticState<Real>& old, const Tensor<Real>& increment,
+                     const Real& e) const {
     const Tensor<Real> whole = old.strain + increment;
     const Real gap = -trace(old.strain);
     const auto apart = gap >= 0.0;
@@ -167,15 +177,17 @@ class QuasiStatic {
     const Real ratio = select(dilates, locus.flow_ratio(e, Real(0.0)), Real(0.0));
     const Tensor<Real> trial = plus_isotropic(whole, ratio * shear.norm() * (-1.0 / 3));
     const Real a = trace(trial);
-    const Real waited = select(apart && a > 0.0, gap / (a + gap), Real(0.0));  // part of the step before contact
+    const Real waited =
+        select(apart && a > 0.0, gap / (a + gap), Real(0.0));  // part of the step before contact
     return trial - waited * shear;
   }
 
   /// The step that takes all stress away: what was stored is dissipated, less what the stress gave
   /// back as work.
   template <class Real>
-  QuasiStaticResponse<Real> released(const Hyperelastic::Loaded<Tensor<Real>>& before, const Tensor<Real>& increment,
-                                     const Real& a, const Real& e) const {
+  QuasiStaticResponse<Real> released(const Hyperelastic::Loaded<Tensor<Real>>& before,
+                                     const Tensor<Real>& increment, const Real& a,
+                                     const Real& e) const {
     QuasiStaticResponse<Real> r = open(a, e);
     r.work = releasing_work(before.stress, increment, before.energy);
     r.dissipated = before.energy + r.work;

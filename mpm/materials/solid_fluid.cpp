@@ -27,7 +27,8 @@ class SolidFluid {
   }
 
   Response<double, State> initial(const InitialState& start) const {
-    const Deformation still{SymTensor::Zero(), Vec3::Zero(), 0.0, start.void_ratio, start.void_ratio};
+    const Deformation still{SymTensor::Zero(), Vec3::Zero(), 0.0, start.void_ratio,
+                            start.void_ratio};
     return in_parallel(model_.initial(start.sigma, start.void_ratio), still, SymTensor::Zero(),
                        collisions_ ? std::sqrt(start.granular_temperature) : 0.0);
   }
@@ -56,7 +57,8 @@ class SolidFluid {
     return gas_.parameters.density / (1.0 + e) * gas_.conductivity(e, state.speed);
   }
 
-  /// The state after `energy` has come to its fluctuations [J/kg]; they can not give more than they hold.
+  /// The state after `energy` has come to its fluctuations [J/kg]; they can not give more than they
+  /// hold.
   State<double> heated(State<double> state, double energy) const {
     state.speed = std::sqrt(std::max(0.0, state.speed * state.speed + energy / 1.5));
     return state;
@@ -70,8 +72,10 @@ class SolidFluid {
   /// sigma = sigma_q + sigma_c [Ceccato2019, Eq. 6] and the energies per mass of both; D carries
   /// the volume of det F.
   template <class Real>
-  Response<Real, State> in_parallel(const QuasiStaticResponse<Real>& q, const DeformationOf<Real>& step,
-                                    const std::type_identity_t<Tensor<Real>>& D, const Real& old_speed) const {
+  Response<Real, State> in_parallel(const QuasiStaticResponse<Real>& q,
+                                    const DeformationOf<Real>& step,
+                                    const std::type_identity_t<Tensor<Real>>& D,
+                                    const Real& old_speed) const {
     const Real e = step.void_ratio;
     const double per_mass = model_.volume.per_mass;
     Response<Real, State> r;
@@ -100,7 +104,8 @@ class SolidFluid {
       r.energies.collisional = in_step * c.Q * Y * s * s * s;
     }
     r.energies.fluctuation =
-        1.5 * r.state.speed * r.state.speed;  // E_c = 3/2 rho_s T/(1+e) per volume [Ceccato2019, Eq. 11]
+        1.5 * r.state.speed *
+        r.state.speed;  // E_c = 3/2 rho_s T/(1+e) per volume [Ceccato2019, Eq. 11]
     return r;
   }
 

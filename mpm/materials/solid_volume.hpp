@@ -20,9 +20,12 @@ struct SolidVolume {
   double grain_density;         // rho_s [kg/m3]
   double per_mass;              // J/m3 of the reference volume -> J/kg of solid
 
-  explicit SolidVolume(const Case& c) : SolidVolume(c.number("initial.void_ratio"), c.number("grains.density")) {}
+  explicit SolidVolume(const Case& c)
+      : SolidVolume(c.number("initial.void_ratio"), c.number("grains.density")) {}
   SolidVolume(double void_ratio, double density)
-      : reference_void_ratio(void_ratio), grain_density(density), per_mass((1.0 + void_ratio) / density) {}
+      : reference_void_ratio(void_ratio),
+        grain_density(density),
+        per_mass((1.0 + void_ratio) / density) {}
 
   /// sigma/tau at void ratio e
   template <class Real>

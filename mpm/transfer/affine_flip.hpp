@@ -7,28 +7,32 @@
 
 namespace grainpair {
 
-/// FLIP for the velocity and for its gradient: a point adds the grid's increments to both, and relaxes each to the
-/// grid's over a physical time of its own.
+/// FLIP for the velocity and for its gradient: a point adds the grid's increments to both, and
+/// relaxes each to the grid's over a physical time of its own.
 ///
-/// DEVIATION: [Fei2021] takes the gradient from the grid afresh in every step, as APIC does. Neighbouring points then
-/// lose in every step what their gradients differ by, however short the step: in the column of [Ceccato2019], with
-/// the solid-fluid law on 5 mm cells, that was most of the energy that transfers lost.
+/// DEVIATION: [Fei2021] takes the gradient from the grid afresh in every step, as APIC does.
+/// Neighbouring points then lose in every step what their gradients differ by, however short the
+/// step: in the column of [Ceccato2019], with the solid-fluid law on 5 mm cells, that was most of
+/// the energy that transfers lost.
 struct AffineFlip : Flip {
   static constexpr Affine affine = Affine::gradient;
 
-  /// C_new = (C + dC)(I + dt L)^-1, C first relaxed to the grid's grad v. The inverse carries the gradient along with the
-  /// motion, from places before the step to places after it: a rigid rotation keeps its C exactly, and what is
-  /// stretched loses slope. L is the grid's grad v without volumetric contraction: that would let a stress-free point
-  /// gain energy without bound, because on a grid its inertia m D_p does not shrink with its volume. What is taken off each
-  /// axis is half the trace, so that a plane keeps its area; in three dimensions, too, where a slab between rollers must
-  /// answer as the slice it stands for.
+  /// C_new = (C + dC)(I + dt L)^-1, C first relaxed to the grid's grad v. The inverse carries the
+  /// gradient along with the motion, from places before the step to places after it: a rigid
+  /// rotation keeps its C exactly, and what is stretched loses slope. L is the grid's grad v
+  /// without volumetric contraction: that would let a stress-free point gain energy without bound,
+  /// because on a grid its inertia m D_p does not shrink with its volume. What is taken off each
+  /// axis is half the trace, so that a plane keeps its area; in three dimensions, too, where a slab
+  /// between rollers must answer as the slice it stands for.
   template <class Mat>
-  static Mat gradient(const Mat& own, const Mat& increment, const Mat& grid_gradient, double filter, double dt) {
+  static Mat gradient(const Mat& own, const Mat& increment, const Mat& grid_gradient, double filter,
+                      double dt) {
     using Real = typename Mat::Scalar;
     const Real way = constant<Real>(filter), step = constant<Real>(dt);
     const Mat flip = own + increment, relaxed = flip + way * (grid_gradient - flip);
     const Real contraction = smaller(Real(grid_gradient.trace()), Real(0)) / 2;
-    return relaxed * (Real(1 - step * contraction) * Mat::Identity() + step * grid_gradient).inverse();
+    return relaxed *
+           (Real(1 - step * contraction) * Mat::Identity() + step * grid_gradient).inverse();
   }
 };
 

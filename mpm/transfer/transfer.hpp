@@ -1,5 +1,5 @@
-// The transfer schemes, one file each, and the choice among them at run time. A scheme says whether it carries an
-// affine moment, and what a point's velocity becomes.
+// The transfer schemes, one file each, and the choice among them at run time. A scheme says whether
+// it carries an affine moment, and what a point's velocity becomes.
 #pragma once
 
 #include "mpm/transfer/affine_flip.hpp"
@@ -16,11 +16,16 @@ enum class TransferScheme { pic, flip, apic, affine_flip, xpic };
 template <class F>
 constexpr auto with_transfer(TransferScheme scheme, F&& f) {
   switch (scheme) {
-    case TransferScheme::pic: return f(Pic{});
-    case TransferScheme::flip: return f(Flip{});
-    case TransferScheme::apic: return f(Apic{});
-    case TransferScheme::xpic: return f(Xpic{});
-    default: return f(AffineFlip{});
+    case TransferScheme::pic:
+      return f(Pic{});
+    case TransferScheme::flip:
+      return f(Flip{});
+    case TransferScheme::apic:
+      return f(Apic{});
+    case TransferScheme::xpic:
+      return f(Xpic{});
+    default:
+      return f(AffineFlip{});
   }
 }
 
@@ -28,12 +33,15 @@ constexpr Affine affine_of(TransferScheme scheme) {
   return with_transfer(scheme, [](auto transfer) { return decltype(transfer)::affine; });
 }
 
-/// A point's new velocity from its old one, the grid's, and the grid's increment [m/s]. The branch is the same for
-/// every point, so it costs next to nothing and keeps the gathering loop to two instantiations.
+/// A point's new velocity from its old one, the grid's, and the grid's increment [m/s]. The branch
+/// is the same for every point, so it costs next to nothing and keeps the gathering loop to two
+/// instantiations.
 template <class Vec>
-Vec transferred(TransferScheme scheme, const Vec& v_p, const Vec& grid_velocity, const Vec& increment, double filter) {
-  return with_transfer(scheme,
-                       [&](auto transfer) { return decltype(transfer)::velocity(v_p, grid_velocity, increment, filter); });
+Vec transferred(TransferScheme scheme, const Vec& v_p, const Vec& grid_velocity,
+                const Vec& increment, double filter) {
+  return with_transfer(scheme, [&](auto transfer) {
+    return decltype(transfer)::velocity(v_p, grid_velocity, increment, filter);
+  });
 }
 
 }  // namespace grainpair

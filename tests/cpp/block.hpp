@@ -49,15 +49,17 @@ struct Block {
   using Vec = Eigen::Matrix<double, dim, 1>;
   using Mat = Eigen::Matrix<double, dim, dim>;
 
-  double h = 0.1;                      // [m]
-  std::array<int, dim> box, low, high; // grid, and the block in it, in cells
+  double h = 0.1;                       // [m]
+  std::array<int, dim> box, low, high;  // grid, and the block in it, in cells
   int points_per_cell = 2;
   Vec gravity = Vec::Zero();
-  Walls<dim> walls{};                  // rollers
+  Walls<dim> walls{};  // rollers
   Numerics numerics{};
   std::function<Vec(const Vec&)> velocity = [](const Vec&) { return Vec(Vec::Zero()); };
-  Mat gradient = Mat::Zero();          // of the velocity, for the affine transfers [1/s]
-  std::function<SymTensor(const Vec&)> stress = [](const Vec&) { return SymTensor(SymTensor::Zero()); };
+  Mat gradient = Mat::Zero();  // of the velocity, for the affine transfers [1/s]
+  std::function<SymTensor(const Vec&)> stress = [](const Vec&) {
+    return SymTensor(SymTensor::Zero());
+  };
   std::function<double(const Vec&)> granular_temperature = [](const Vec&) { return 0.0; };
   std::unique_ptr<Body> body = std::make_unique<BodyOf<Inert>>(Inert(any_case()));
 
@@ -76,10 +78,12 @@ struct Block {
         for (int k = 0; k < n[2]; ++k, ++p) {
           const std::array<int, 3> index{i, j, k};
           for (int d = 0; d < dim; ++d)
-            points.x[p][d] = h * low[static_cast<std::size_t>(d)] + pitch * (index[static_cast<std::size_t>(d)] + 0.5);
+            points.x[p][d] = h * low[static_cast<std::size_t>(d)] +
+                             pitch * (index[static_cast<std::size_t>(d)] + 0.5);
           points.v[p] = velocity(points.x[p]);
           points.affine[p] = gradient;
-          if (affine_of(numerics.transfer) == Affine::moment) {  // B = C D with D = sum_i w_i (X_i - x)^2 of each axis
+          if (affine_of(numerics.transfer) ==
+              Affine::moment) {  // B = C D with D = sum_i w_i (X_i - x)^2 of each axis
             for (int d = 0; d < dim; ++d) {
               // interior weights: the box shifted away from its ends
               Weights<double, Shape::support> w;
@@ -94,7 +98,8 @@ struct Block {
         }
     numerics.h = h;
     return std::make_unique<Solver<Kinematics, Shape, Exchanged>>(
-        typename Solver<Kinematics, Shape, Exchanged>::Setup{box, pitch, solid_density, gravity, walls, {}, numerics},
+        typename Solver<Kinematics, Shape, Exchanged>::Setup{
+            box, pitch, solid_density, gravity, walls, {}, numerics},
         std::move(points), std::move(body), initial);
   }
 };
@@ -102,16 +107,19 @@ struct Block {
 /// A law of the registry with constants for quick waves: c = 10 m/s at the block's density.
 inline std::unique_ptr<Body> linear_elastic(double poisson_ratio) {
   const double modulus = density * 100.0;  // P-wave modulus [Pa]
-  const double young = modulus * (1 + poisson_ratio) * (1 - 2 * poisson_ratio) / (1 - poisson_ratio);
-  const Case scene = Case::load(GRAINPAIR_SOURCE "/cases/column",
-                                {"material.law=linear_elastic", fmt::format("material.young_modulus={:.17g}", young),
-                                 fmt::format("material.poisson_ratio={:.17g}", poisson_ratio),
-                                 fmt::format("grains.density={:.17g}", solid_density),
-                                 fmt::format("initial.void_ratio={:.17g}", void_ratio)});
+  const double young =
+      modulus * (1 + poisson_ratio) * (1 - 2 * poisson_ratio) / (1 - poisson_ratio);
+  const Case scene = Case::load(
+      GRAINPAIR_SOURCE "/cases/column",
+      {"material.law=linear_elastic", fmt::format("material.young_modulus={:.17g}", young),
+       fmt::format("material.poisson_ratio={:.17g}", poisson_ratio),
+       fmt::format("grains.density={:.17g}", solid_density),
+       fmt::format("initial.void_ratio={:.17g}", void_ratio)});
   return material_registry().at("linear_elastic")(scene);
 }
 
-/// Angular momentum about the origin, affine moments included if asked: sum m (x v_y - y v_x + B_yx - B_xy) [kg m2/s].
+/// Angular momentum about the origin, affine moments included if asked: sum m (x v_y - y v_x + B_yx
+/// - B_xy) [kg m2/s].
 template <class Simulation>
 double angular_momentum(const Simulation& s, bool moments) {
   double sum = 0.0;
@@ -119,7 +127,8 @@ double angular_momentum(const Simulation& s, bool moments) {
     for (std::size_t p = 0; p < points.size(); ++p) {
       const auto& x = points.x[p];
       const auto& v = points.v[p];
-      sum += points.mass[p] * (x[0] * v[1] - x[1] * v[0] + (moments ? points.affine[p](1, 0) - points.affine[p](0, 1) : 0.0));
+      sum += points.mass[p] * (x[0] * v[1] - x[1] * v[0] +
+                               (moments ? points.affine[p](1, 0) - points.affine[p](0, 1) : 0.0));
     }
   });
   return sum;

@@ -15,7 +15,8 @@ struct Triple {
 };
 Columns<Triple> numbered() {
   Columns<Triple> columns(count);
-  for (std::size_t p = 0; p < count; ++p) columns.set(p, {1.0 * static_cast<double>(p), 100.0, -1.0 * static_cast<double>(p)});
+  for (std::size_t p = 0; p < count; ++p)
+    columns.set(p, {1.0 * static_cast<double>(p), 100.0, -1.0 * static_cast<double>(p)});
   return columns;
 }
 
@@ -64,7 +65,8 @@ TEST(Columns, MatricesAreSeenInPlaceAndReordered) {
   std::iota(order.rbegin(), order.rend(), 0u);
   tensors.reorder(order);
   EXPECT_EQ(tensors[count - 1 - 4][3], 7.0);
-  for (std::size_t p = 0; p < count; ++p) EXPECT_EQ(trace(SymTensor(tensors[p])), 3.0 * static_cast<double>(count - 1 - p));
+  for (std::size_t p = 0; p < count; ++p)
+    EXPECT_EQ(trace(SymTensor(tensors[p])), 3.0 * static_cast<double>(count - 1 - p));
 }
 
 }  // namespace

@@ -17,7 +17,9 @@ struct Warm {
     Real temperature = 0.0;
   };
   explicit Warm(const Case&) {}
-  Response<double, State> initial(const InitialState& start) const { return respond<double>({start.granular_temperature}); }
+  Response<double, State> initial(const InitialState& start) const {
+    return respond<double>({start.granular_temperature});
+  }
   template <class Real>
   Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>&) const {
     return respond<Real>(old);
@@ -47,17 +49,22 @@ struct Warm {
 };
 
 Block<PlaneStrain> box(int cells, bool conduction) {
-  Block<PlaneStrain> block{.h = 1.0 / cells, .box = {cells, cells}, .low = {0, 0}, .high = {cells, cells}};
+  Block<PlaneStrain> block{
+      .h = 1.0 / cells, .box = {cells, cells}, .low = {0, 0}, .high = {cells, cells}};
   block.body = std::make_unique<BodyOf<Warm>>(Warm(any_case()));
   block.numerics.conduction = conduction;
   return block;
 }
 
-/// Amplitude of T = 1 + A cos(pi x), from A = 1/2, after a time in which the heat equation halves it.
+/// Amplitude of T = 1 + A cos(pi x), from A = 1/2, after a time in which the heat equation halves
+/// it.
 double amplitude(int cells, bool conduction) {
-  const double decay = kappa * std::numbers::pi * std::numbers::pi / (1.5 * density), time = std::log(2.0) / decay;
+  const double decay = kappa * std::numbers::pi * std::numbers::pi / (1.5 * density),
+               time = std::log(2.0) / decay;
   auto block = box(cells, conduction);
-  block.granular_temperature = [](const auto& x) { return 1.0 + 0.5 * std::cos(std::numbers::pi * x[0]); };
+  block.granular_temperature = [](const auto& x) {
+    return 1.0 + 0.5 * std::cos(std::numbers::pi * x[0]);
+  };
   auto solver = block.build<BSpline<2>>();
   const double held = solver->ledger().fluctuation;
   const int steps = 50;
@@ -72,8 +79,9 @@ double amplitude(int cells, bool conduction) {
 }
 
 TEST(Conduction, ACosineDecaysAsTheHeatEquationSays) {
-  // Each of the four passes between points and nodes spreads what it takes over weights of variance h^2/4, and so takes
-  // k^2 h^2/8 off the mode: the rate of decay is short by k^2 h^2/2, to the next order.
+  // Each of the four passes between points and nodes spreads what it takes over weights of variance
+  // h^2/4, and so takes k^2 h^2/8 off the mode: the rate of decay is short by k^2 h^2/2, to the
+  // next order.
   for (const int cells : {8, 16}) {
     const double kh = std::numbers::pi / cells, expected = 0.5 * std::pow(0.5, 1.0 - 0.5 * kh * kh);
     EXPECT_NEAR(amplitude(cells, true), expected, 0.1 * (expected - 0.25));
@@ -94,10 +102,12 @@ TEST(Conduction, WhatAPointPassesOnIsWhatOthersGet) {
     net += points.mass[p] * points.conducted[p];
     if (points.x[p][0] > 0.5) gained += points.mass[p] * points.conducted[p];
   }
-  // cold points are never asked for more than they have here by more than the overshoot of the first steps
+  // cold points are never asked for more than they have here by more than the overshoot of the
+  // first steps
   EXPECT_NEAR(net, -solver->ledger().conduction, 1e-12 * held);
   EXPECT_LT(std::abs(solver->ledger().conduction), 0.01 * held);
-  EXPECT_NEAR(gained, 0.5 * held, 0.05 * held);  // in 20 s, 2.7 decay times of the slowest mode, one half has gone over
+  EXPECT_NEAR(gained, 0.5 * held,
+              0.05 * held);  // in 20 s, 2.7 decay times of the slowest mode, one half has gone over
   EXPECT_GE(solver->ledger().conducted, gained);
   EXPECT_NEAR(solver->ledger().total(), total, 1e-12 * held);
 }

@@ -1,5 +1,5 @@
-// Between points and nodes, several points at once: against sums over one point and one node at a time, for points that share
-// their nodes and for points that do not.
+// Between points and nodes, several points at once: against sums over one point and one node at a
+// time, for points that share their nodes and for points that do not.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -60,7 +60,9 @@ struct Scene {
     }
     for (int d = 0; d < Dim; ++d) {
       out.stride[d] = grid.stride[d];
-      const auto half = [&](std::size_t first) { return Wide([&](auto lane) { return x[first + lane][d]; }); };
+      const auto half = [&](std::size_t first) {
+        return Wide([&](auto lane) { return x[first + lane][d]; });
+      };
       if constexpr (std::is_same_v<Real, Wide>)
         Shape::evaluate(grid.axes[d], half(0), out.n[d]);
       else
@@ -82,7 +84,8 @@ struct Scene {
           double w = 1.0;
           Vec slope = Vec::Ones(), arm;
           for (int d = 0; d < Dim; ++d) {
-            const std::size_t along = static_cast<std::size_t>(n[d].first) + static_cast<std::size_t>(index[d]);
+            const std::size_t along =
+                static_cast<std::size_t>(n[d].first) + static_cast<std::size_t>(index[d]);
             node += along * static_cast<std::size_t>(grid.stride[d]);
             w *= n[d].w[index[d]];
             for (int e = 0; e < Dim; ++e) slope[e] *= d == e ? n[d].dw[index[d]] : n[d].w[index[d]];
@@ -100,7 +103,8 @@ void gives_as_alone(std::size_t together) {
   Given<Dim, Real> given;
   given.mass = scene.of_each([&](auto) { return scene.unit(); });
   given.momentum = scene.vector(), given.force = scene.vector();
-  for (int d = 0; d < Dim; ++d) given.momentum_slope[d] = scene.vector(), given.force_slope[d] = scene.vector();
+  for (int d = 0; d < Dim; ++d)
+    given.momentum_slope[d] = scene.vector(), given.force_slope[d] = scene.vector();
   for (auto& node : scene.grid.nodes) node.motion.setZero(), node.change.setZero(), node.mass = 0.0;
   give(given, scene.neighbours());
   const auto nodes = scene.grid.nodes;
@@ -163,10 +167,13 @@ using Shapes = testing::Types<BSpline<1>, BSpline<2>, BSpline<3>, Gimp>;
 TYPED_TEST_SUITE(Interpolation, Shapes);
 
 TYPED_TEST(Interpolation, GivesWhatEachPointAloneWould) {
-  for (const std::size_t together : {4, 1}) gives_as_alone<TypeParam, 2, Wide>(together), gives_as_alone<TypeParam, 3, Wide>(together);
+  for (const std::size_t together : {4, 1})
+    gives_as_alone<TypeParam, 2, Wide>(together), gives_as_alone<TypeParam, 3, Wide>(together);
 }
 TYPED_TEST(Interpolation, CollectsWhatEachPointAloneWould) {
-  for (const std::size_t together : {4, 1}) collects_as_alone<TypeParam, 2, Wide>(together), collects_as_alone<TypeParam, 3, Wide>(together);
+  for (const std::size_t together : {4, 1})
+    collects_as_alone<TypeParam, 2, Wide>(together),
+        collects_as_alone<TypeParam, 3, Wide>(together);
 }
 
 template <class Shape>
@@ -176,10 +183,14 @@ TYPED_TEST_SUITE(SinglePrecision, Splines);
 
 // all in one cell, each half in one, none with another
 TYPED_TEST(SinglePrecision, GivesWhatEachPointAloneWould) {
-  for (const std::size_t together : {8, 4, 1}) gives_as_alone<TypeParam, 2, WideFloat>(together), gives_as_alone<TypeParam, 3, WideFloat>(together);
+  for (const std::size_t together : {8, 4, 1})
+    gives_as_alone<TypeParam, 2, WideFloat>(together),
+        gives_as_alone<TypeParam, 3, WideFloat>(together);
 }
 TYPED_TEST(SinglePrecision, CollectsWhatEachPointAloneWould) {
-  for (const std::size_t together : {8, 4, 1}) collects_as_alone<TypeParam, 2, WideFloat>(together), collects_as_alone<TypeParam, 3, WideFloat>(together);
+  for (const std::size_t together : {8, 4, 1})
+    collects_as_alone<TypeParam, 2, WideFloat>(together),
+        collects_as_alone<TypeParam, 3, WideFloat>(together);
 }
 
 }  // namespace

@@ -34,15 +34,16 @@ Steady sheared(const KineticTheory& theory, double e, double rate) {
           theory.correlation_length(e, rate, s)};
 }
 
-// Elastic and hard: Chapman-Enskog's 75 sqrt(pi)/384 rho d sqrt(T) where dilute, Enskog's 4/sqrt(pi) (1 + 9 pi/32) nu rho d G
-// sqrt(T) where dense.
+// Elastic and hard: Chapman-Enskog's 75 sqrt(pi)/384 rho d sqrt(T) where dilute, Enskog's
+// 4/sqrt(pi) (1 + 9 pi/32) nu rho d G sqrt(T) where dense.
 TEST(KineticTheory, ConductivityOfElasticSpheresIsThatOfEnskog) {
   auto elastic = hard();
   elastic.restitution = elastic.effective_restitution = 1.0;
   const KineticTheory theory(elastic);
   const double s = 0.1, root_pi = std::sqrt(std::numbers::pi);
   const double dilute = void_ratio(1e-4), nu = 0.58, dense = void_ratio(nu);
-  EXPECT_NEAR(theory.conductivity(dilute, s) / (1.0 + dilute), 75.0 * root_pi / 384.0 * d * s, 1e-3 * d * s);
+  EXPECT_NEAR(theory.conductivity(dilute, s) / (1.0 + dilute), 75.0 * root_pi / 384.0 * d * s,
+              1e-3 * d * s);
   const double G = 1.0 / theory.inverse_g(dense);
   const double limit = 4.0 / root_pi * (1.0 + 9.0 * std::numbers::pi / 32.0) * d * G * s;
   EXPECT_NEAR(theory.conductivity(dense, s), limit, limit / G);  // the next term is of order 1/G

@@ -11,7 +11,8 @@ using namespace test;
 double kinetic_energy(const Simulation& s) {
   double sum = 0.0;
   s.visit_points([&](const auto& points) {
-    for (std::size_t p = 0; p < points.size(); ++p) sum += 0.5 * points.mass[p] * points.v[p].squaredNorm();
+    for (std::size_t p = 0; p < points.size(); ++p)
+      sum += 0.5 * points.mass[p] * points.v[p].squaredNorm();
   });
   return sum;
 }
@@ -24,9 +25,12 @@ void heat(Block<PlaneStrain>& block, double T) {
 
 // Transfer: without forces whatever kinetic energy the points lose, the transfers took.
 TEST(Ledger, TransferIsTheKineticEnergyThePointsLose) {
-  for (const auto scheme : {TransferScheme::pic, TransferScheme::flip, TransferScheme::apic, TransferScheme::affine_flip}) {
+  for (const auto scheme : {TransferScheme::pic, TransferScheme::flip, TransferScheme::apic,
+                            TransferScheme::affine_flip}) {
     Block<PlaneStrain> block{.box = {12, 12}, .low = {4, 4}, .high = {8, 8}};
-    block.velocity = [](const auto& x) { return Eigen::Vector2d(std::sin(40.0 * x[1]), std::cos(31.0 * x[0])); };
+    block.velocity = [](const auto& x) {
+      return Eigen::Vector2d(std::sin(40.0 * x[1]), std::cos(31.0 * x[0]));
+    };
     block.numerics.transfer = scheme;
     auto solver = block.build<BSpline<2>>();
     const double before = kinetic_energy(*solver);
@@ -39,7 +43,8 @@ TEST(Ledger, TransferIsTheKineticEnergyThePointsLose) {
   }
 }
 
-// Time integration: in a vibrating bar the error of the explicit step falls with the step, that of the transfer does not.
+// Time integration: in a vibrating bar the error of the explicit step falls with the step, that of
+// the transfer does not.
 TEST(Ledger, TimeIntegrationFallsWithTheStep) {
   const auto vibrate = [](double fraction) {
     const double length = 1.0, c = 10.0, k = 0.5 * std::numbers::pi / length;
@@ -61,7 +66,8 @@ TEST(Ledger, TimeIntegrationFallsWithTheStep) {
   EXPECT_LT(vibrate(0.25), 0.3 * vibrate(1.0));  // first order would give 0.25
 }
 
-// Wall: a stiff block that slides on a Coulomb floor until it stands has given its kinetic energy to the friction.
+// Wall: a stiff block that slides on a Coulomb floor until it stands has given its kinetic energy
+// to the friction.
 TEST(Ledger, WallTakesTheEnergyOfASlidingBlock) {
   const double g = 10.0, mu = 0.1, v0 = 0.3;
   Block<PlaneStrain> block{.h = 0.05, .box = {24, 8}, .low = {4, 0}, .high = {16, 4}};
@@ -69,7 +75,9 @@ TEST(Ledger, WallTakesTheEnergyOfASlidingBlock) {
   block.walls[1][0] = Wall{Contact::coulomb, mu};
   block.body = linear_elastic(0.0);
   block.velocity = [&](const auto&) { return Eigen::Vector2d(v0, 0.0); };
-  block.stress = [&](const auto& x) { return SymTensor{0.0, density * g * (0.2 - x[1]), 0.0, 0.0, 0.0, 0.0}; };
+  block.stress = [&](const auto& x) {
+    return SymTensor{0.0, density * g * (0.2 - x[1]), 0.0, 0.0, 0.0, 0.0};
+  };
   auto solver = block.build<BSpline<2>>();
   const double kinetic = kinetic_energy(*solver), start = solver->position(0)[0];
   const std::uint32_t id = solver->points().id[0];
@@ -77,13 +85,14 @@ TEST(Ledger, WallTakesTheEnergyOfASlidingBlock) {
   double end = 0.0;
   for (std::size_t p = 0; p < solver->size(); ++p)
     if (solver->points().id[p] == id) end = solver->position(p)[0];
-  // Rigid: stops after v0^2/(2 mu g) = 45 mm. Friction comes at once and sends a shear wave of mu g H/c_s = 0.03 m/s up the
-  // block: a hundredth of v0^2, twice (start and stop).
+  // Rigid: stops after v0^2/(2 mu g) = 45 mm. Friction comes at once and sends a shear wave of mu g
+  // H/c_s = 0.03 m/s up the block: a hundredth of v0^2, twice (start and stop).
   EXPECT_NEAR(end - start, v0 * v0 / (2.0 * mu * g), 0.02 * v0 * v0 / (2.0 * mu * g));
   EXPECT_NEAR(solver->ledger().wall, kinetic, 0.02 * kinetic);
 }
 
-// Collisional: in a closed box that nothing moves, granular temperature cools as its own equation says.
+// Collisional: in a closed box that nothing moves, granular temperature cools as its own equation
+// says.
 TEST(Ledger, CollisionalIsTheHeatThatCools) {
   const double T = 1e-3, dt = 1e-4;
   Block<PlaneStrain> block{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
@@ -92,8 +101,9 @@ TEST(Ledger, CollisionalIsTheHeatThatCools) {
   const double held = solver->ledger().fluctuation, mass = density * 0.36;
   EXPECT_NEAR(held, 1.5 * T * mass, 1e-12 * held);
   for (int i = 0; i < 200; ++i) solver->step(dt);
-  // Haff's law at constant coefficients, T = T0/(1 + t/tau)^2, from the first step: -dT = 2 T0 dt/tau. The solver's softness
-  // and its backward Euler step change it by kap sqrt(T) G and dt/tau, each below one part in a hundred here.
+  // Haff's law at constant coefficients, T = T0/(1 + t/tau)^2, from the first step: -dT = 2 T0
+  // dt/tau. The solver's softness and its backward Euler step change it by kap sqrt(T) G and
+  // dt/tau, each below one part in a hundred here.
   auto short_run = [&] {
     Block<PlaneStrain> again{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
     heat(again, T);
@@ -107,8 +117,9 @@ TEST(Ledger, CollisionalIsTheHeatThatCools) {
   EXPECT_NEAR(solver->ledger().numerical(), 0.0, 1e-9 * held);
 }
 
-// Mixing: void ratios that differ within a cell become one, the cell's volume stays, and the elastic energy that this frees is
-// that of the pressures evening out: sum V p^2/2K before, less V (mean p)^2/2K after.
+// Mixing: void ratios that differ within a cell become one, the cell's volume stays, and the
+// elastic energy that this frees is that of the pressures evening out: sum V p^2/2K before, less V
+// (mean p)^2/2K after.
 TEST(Ledger, MixingFreesTheEnergyOfUnevenPressures) {
   Block<PlaneStrain> block{.box = {4, 4}, .low = {0, 0}, .high = {4, 4}};
   block.body = linear_elastic(0.25);
@@ -119,23 +130,28 @@ TEST(Ledger, MixingFreesTheEnergyOfUnevenPressures) {
   auto solver = block.build<BSpline<2>>();
   // strain 100 Pa/K apart from the mean, one way and the other
   for (std::size_t p = 0; p < solver->size(); ++p)
-    solver->points().void_ratio[p] += (above(solver->points().x[p]) ? -1 : 1) * 100.0 / K * (1.0 + void_ratio);
+    solver->points().void_ratio[p] +=
+        (above(solver->points().x[p]) ? -1 : 1) * 100.0 / K * (1.0 + void_ratio);
   const double volume = 0.16, held = solver->ledger().stored;
   for (int i = 0; i < 4000; ++i) solver->step(1e-5);
   double least = 1e9, most = -1e9;
   for (std::size_t p = 0; p < solver->size(); ++p)
-    least = std::min(least, solver->points().void_ratio[p]), most = std::max(most, solver->points().void_ratio[p]);
+    least = std::min(least, solver->points().void_ratio[p]),
+    most = std::max(most, solver->points().void_ratio[p]);
   EXPECT_NEAR(least, void_ratio, 1e-6);
   EXPECT_NEAR(most, void_ratio, 1e-6);
   const double freed = volume * 100.0 * 100.0 / (2.0 * K);
-  EXPECT_NEAR(held - solver->ledger().stored, freed, 0.01 * freed);  // strains of 2e-3: the volume they act on varies by that
+  EXPECT_NEAR(held - solver->ledger().stored, freed,
+              0.01 * freed);  // strains of 2e-3: the volume they act on varies by that
   EXPECT_NEAR(solver->ledger().mixing, freed, 0.01 * freed);
   EXPECT_NEAR(solver->ledger().numerical(), freed, 0.01 * freed);
 }
 
-// Detached: one point alone in its cell, under pressure and flying apart, gives the grid p V tr(L) dt and then nothing more.
+// Detached: one point alone in its cell, under pressure and flying apart, gives the grid p V tr(L)
+// dt and then nothing more.
 TEST(Ledger, DetachedIsTheWorkBeyondTheCell) {
-  // one step stretches a point to nine times its volume; at four times, twice its size, it is on its own
+  // one step stretches a point to nine times its volume; at four times, twice its size, it is on
+  // its own
   const double pressure = 1e-6, rate = 2.0, dt = 1.0;
   Block<PlaneStrain> block{.box = {9, 9}, .low = {4, 4}, .high = {5, 5}, .points_per_cell = 1};
   block.body = linear_elastic(0.25);
@@ -144,8 +160,10 @@ TEST(Ledger, DetachedIsTheWorkBeyondTheCell) {
   block.numerics.averaging = VolumetricAveraging::none;
   auto solver = block.build<BSpline<2>>();
   solver->step(dt);
-  const double volume = 0.01, beyond = 1.0 - std::log(4.0) / std::log(9.0), work = -pressure * volume * 2.0 * rate * dt * beyond;
-  // the pressure itself speeds the point up by 4 p dt/(rho h) = 4e-8 m/s across 0.1 m, where it stretches at 0.2 m/s
+  const double volume = 0.01, beyond = 1.0 - std::log(4.0) / std::log(9.0),
+               work = -pressure * volume * 2.0 * rate * dt * beyond;
+  // the pressure itself speeds the point up by 4 p dt/(rho h) = 4e-8 m/s across 0.1 m, where it
+  // stretches at 0.2 m/s
   EXPECT_NEAR(solver->ledger().detached, work, 1e-6 * std::abs(work));
   EXPECT_NEAR(solver->points().void_ratio[0], 4.0 * (1.0 + void_ratio) - 1.0, 1e-12);
   EXPECT_EQ(solver->points().sigma[0], SymTensor(SymTensor::Zero()));
@@ -154,7 +172,8 @@ TEST(Ledger, DetachedIsTheWorkBeyondTheCell) {
   EXPECT_EQ(solver->ledger().detached, once);
 }
 
-// A hot point alone keeps its heat for its own collisions: it must not turn it into motion again and again.
+// A hot point alone keeps its heat for its own collisions: it must not turn it into motion again
+// and again.
 TEST(Ledger, ADetachedHotPointMakesNoEnergy) {
   Block<PlaneStrain> block{.box = {9, 9}, .low = {4, 4}, .high = {5, 5}, .points_per_cell = 1};
   heat(block, 1.0);

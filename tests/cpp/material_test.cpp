@@ -1,7 +1,6 @@
 // What every law of the registry must do, whatever it models.
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <random>
 #include <set>
@@ -129,7 +128,8 @@ TEST_P(EveryLaw, PointsTogetherEqualPointsAlone) {
   Random random{std::mt19937_64(13)};
   std::vector<InitialState> initial(count);
   for (auto& start : initial)
-    start = {at_rest(std::pow(10.0, random.between(1.0, 4.0))), random.between(0.69, 0.73), std::pow(10.0, random.between(-15.0, -2.0))};
+    start = {at_rest(std::pow(10.0, random.between(1.0, 4.0))), random.between(0.69, 0.73),
+             std::pow(10.0, random.between(-15.0, -2.0))};
   Batch together(count), alone(1);
   const auto body = [&] {
     auto made = material_registry().at(GetParam())(
@@ -146,8 +146,10 @@ TEST_P(EveryLaw, PointsTogetherEqualPointsAlone) {
     for (std::size_t i = 0; i < count; ++i) {
       Deformation& s = steps[i];
       const double size = std::pow(10.0, random.between(-1.0, 2.0)), dt = 1e-5;
-      s.D = size * deviator(random.tensor()) + 0.02 * size * random.normal(random.engine) * identity();
-      s.spin = step % 2 ? Vec3{0.0, 0.0, size * random.normal(random.engine)} : Vec3(size * random.vector());
+      s.D = size * deviator(random.tensor()) +
+            0.02 * size * random.normal(random.engine) * identity();
+      s.spin = step % 2 ? Vec3{0.0, 0.0, size * random.normal(random.engine)}
+                        : Vec3(size * random.vector());
       s.dt = dt, s.void_ratio_old = s.void_ratio;
       s.void_ratio = (1.0 + s.void_ratio_old) * std::exp(-trace(s.D) * dt) - 1.0;
       together.steps.set(i, s);
@@ -161,22 +163,28 @@ TEST_P(EveryLaw, PointsTogetherEqualPointsAlone) {
       ASSERT_EQ(together.sigma[i], alone.sigma[0]) << i;
       ASSERT_EQ(together.energies[i].stored, alone.energies[0].stored) << i;
       ASSERT_EQ(together.regime[i], alone.regime[0]) << i;
-      // a difference of energies, in which the compiler may fuse one multiplication here and another there
+      // a difference of energies, in which the compiler may fuse one multiplication here and
+      // another there
       const auto& e = alone.energies[0];
-      ASSERT_NEAR(together.work[i], alone.work[0], 4e-16 * (2.0 * e.stored + e.plastic + e.fluctuation + e.collisional + std::abs(alone.work[0]))) << i;
+      ASSERT_NEAR(together.work[i], alone.work[0],
+                  4e-16 * (2.0 * e.stored + e.plastic + e.fluctuation + e.collisional +
+                           std::abs(alone.work[0])))
+          << i;
       regimes.insert(alone.regime[0]);
     }
   }
   EXPECT_GE(regimes.size(), GetParam() == "linear_elastic" ? 1u : 2u);
 }
 
-// In a plane, what stays zero is neither read nor written: whatever lies there, points do what they do in space.
+// In a plane, what stays zero is neither read nor written: whatever lies there, points do what they
+// do in space.
 TEST_P(EveryLaw, PointsInAPlaneDoAsInSpace) {
   constexpr std::size_t count = 4 * 20 + 1;
   Random random{std::mt19937_64(29)};
   std::vector<InitialState> initial(count);
   for (auto& start : initial)
-    start = {at_rest(std::pow(10.0, random.between(1.0, 4.0))), random.between(0.69, 0.73), std::pow(10.0, random.between(-15.0, -2.0))};
+    start = {at_rest(std::pow(10.0, random.between(1.0, 4.0))), random.between(0.69, 0.73),
+             std::pow(10.0, random.between(-15.0, -2.0))};
   Batch plane(count, false), space(count);
   plane.in_plane = true;
   const auto body = [&](Batch& batch) {
@@ -190,7 +198,8 @@ TEST_P(EveryLaw, PointsInAPlaneDoAsInSpace) {
   for (int step = 0; step < 100; ++step) {
     for (std::size_t i = 0; i < count; ++i) {
       Deformation s;
-      const double size = std::pow(10.0, random.between(-1.0, 2.0)), e = initial[i].void_ratio, nan = std::nan("");
+      const double size = std::pow(10.0, random.between(-1.0, 2.0)), e = initial[i].void_ratio,
+                   nan = std::nan("");
       s.D = size * deviator(random.tensor());
       s.D.tail<2>().setZero();
       s.spin = {0.0, 0.0, size * random.normal(random.engine)};
@@ -205,7 +214,9 @@ TEST_P(EveryLaw, PointsInAPlaneDoAsInSpace) {
       const SymTensor expected = space.sigma[i];
       ASSERT_EQ(expected.tail<2>().norm(), 0.0);
       // round-off of each step, carried on by an elastic strain
-      ASSERT_LE((plane.sigma[i].head<4>() - expected.head<4>()).norm(), 1e-13 * (step + 1) * (1.0 + expected.norm())) << i;
+      ASSERT_LE((plane.sigma[i].head<4>() - expected.head<4>()).norm(),
+                1e-13 * (step + 1) * (1.0 + expected.norm()))
+          << i;
       ASSERT_EQ(plane.regime[i], space.regime[i]) << i;
     }
   }
@@ -285,8 +296,9 @@ TEST_P(EveryLaw, SmallClosedLoopsLoseNothing) {
 INSTANTIATE_TEST_SUITE_P(Registry, EveryLaw, testing::ValuesIn(laws()),
                          [](const auto& test) { return test.param; });
 
-// The other integrator, whose dissipation is an integral known to its relative tolerance, 1e-6. Steps to 1e-3: the error
-// control takes thousands of substeps for larger ones, which the ones that follow it do not need.
+// The other integrator, whose dissipation is an integral known to its relative tolerance, 1e-6.
+// Steps to 1e-3: the error control takes thousands of substeps for larger ones, which the ones that
+// follow it do not need.
 class LawByRates : public testing::TestWithParam<std::string> {};
 
 TEST_P(LawByRates, RandomPathsBalanceAndDissipate) {
@@ -327,14 +339,16 @@ TEST_P(LawWithoutCohesion, OpensAndClosesWithoutGainingVolume) {
 INSTANTIATE_TEST_SUITE_P(Registry, LawWithoutCohesion,
                          testing::Values("drucker_prager", "lade_duncan"));
 
-// material.dilation d of lade_duncan: plastic expansion d per equivalent plastic shear strain, sqrt(2/3) |dev eps_p|.
-// Sheared at constant volume, that expansion is elastic compression, and the pressure grows.
+// material.dilation d of lade_duncan: plastic expansion d per equivalent plastic shear strain,
+// sqrt(2/3) |dev eps_p|. Sheared at constant volume, that expansion is elastic compression, and the
+// pressure grows.
 class Dilation : public testing::TestWithParam<double> {};
 
 TEST_P(Dilation, ExpandsInProportionToPlasticShear) {
   const double d = GetParam(), e = 0.71, dt = 1e-5;
-  const Case material = Case::load(GRAINPAIR_SOURCE "/cases/column/case.toml",
-                                   {"material.law=lade_duncan", fmt::format("material.dilation={}", d)});
+  const Case material =
+      Case::load(GRAINPAIR_SOURCE "/cases/column/case.toml",
+                 {"material.law=lade_duncan", fmt::format("material.dilation={}", d)});
   const Hyperelastic elasticity(material);
   Point point("lade_duncan", {fmt::format("material.dilation={}", d)});
   point.start(at_rest(1e3), e);  // e is the reference void ratio: tau is sigma

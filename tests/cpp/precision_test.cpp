@@ -1,6 +1,6 @@
-// What single precision between points and grid does to a collapse: every account of the energy ledger against the same run in
-// double precision. It must do less than a hundredth of a relaxation time does, which nobody can give that well; and a tenth of
-// it must show.
+// What single precision between points and grid does to a collapse: every account of the energy
+// ledger against the same run in double precision. It must do less than a hundredth of a relaxation
+// time does, which nobody can give that well; and a tenth of it must show.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -19,12 +19,14 @@ class Precision : public testing::TestWithParam<const char*> {
   /// The largest difference of an account, over the energy released [-].
   static double difference(const Simulation& a, const Simulation& b, double released) {
     const auto accounts = [](const EnergyLedger& l) {
-      return std::array{l.kinetic, l.potential,        l.stored, l.fluctuation, l.plastic,  l.collisional,
-                        l.wall,    l.time_integration, l.mixing, l.detached,    l.transfer, l.conduction};
+      return std::array{l.kinetic, l.potential,   l.stored,   l.fluctuation,
+                        l.plastic, l.collisional, l.wall,     l.time_integration,
+                        l.mixing,  l.detached,    l.transfer, l.conduction};
     };
     const auto one = accounts(a.ledger()), other = accounts(b.ledger());
     double worst = 0.0;
-    for (std::size_t i = 0; i < one.size(); ++i) worst = std::max(worst, std::abs(one[i] - other[i]) / released);
+    for (std::size_t i = 0; i < one.size(); ++i)
+      worst = std::max(worst, std::abs(one[i] - other[i]) / released);
     return worst;
   }
 };
@@ -34,12 +36,15 @@ TEST_P(Precision, SingleBetweenPointsAndGridIsHarmless) {
   const auto hundredth = column({"mpm.precision=double", "mpm.relaxation_time=0.00303"});
   const auto tenth = column({"mpm.precision=double", "mpm.relaxation_time=0.0033"});
   const double before = exact->ledger().potential;
-  while (exact->time() < 0.05) {  // half a sqrt(H/g): later Lade-Duncan has forgotten what it began with
+  while (exact->time() <
+         0.05) {  // half a sqrt(H/g): later Lade-Duncan has forgotten what it began with
     const double dt = exact->stable_step().dt;
-    for (Simulation* simulation : {exact.get(), single.get(), hundredth.get(), tenth.get()}) simulation->step(dt);
+    for (Simulation* simulation : {exact.get(), single.get(), hundredth.get(), tenth.get()})
+      simulation->step(dt);
   }
   const double released = before - exact->ledger().potential;
-  const double bound = difference(*exact, *hundredth, released), found = difference(*exact, *single, released);
+  const double bound = difference(*exact, *hundredth, released),
+               found = difference(*exact, *single, released);
   RecordProperty("single", fmt::format("{:.2g}", found));
   EXPECT_LT(found, bound);
   EXPECT_GT(found, 1e-12);  // it was single precision
@@ -47,7 +52,8 @@ TEST_P(Precision, SingleBetweenPointsAndGridIsHarmless) {
   EXPECT_GT(difference(*exact, *tenth, released), bound);
 }
 
-INSTANTIATE_TEST_SUITE_P(Laws, Precision, testing::Values("drucker_prager", "mu_i", "lade_duncan", "solid_fluid"));
+INSTANTIATE_TEST_SUITE_P(Laws, Precision,
+                         testing::Values("drucker_prager", "mu_i", "lade_duncan", "solid_fluid"));
 
 }  // namespace
 }  // namespace grainpair

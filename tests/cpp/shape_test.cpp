@@ -20,7 +20,8 @@ class ShapeFunctions : public testing::Test {
  protected:
   static constexpr double h = 0.25;
   static constexpr double eps = 2.3e-16;
-  /// Calls f with weights at many places of grids from one cell (where only B-splines make sense) to seven.
+  /// Calls f with weights at many places of grids from one cell (where only B-splines make sense)
+  /// to seven.
   template <class F>
   static void everywhere(F&& f) {
     for (int cells : {2, 3, 7}) {
@@ -36,8 +37,8 @@ class ShapeFunctions : public testing::Test {
 using Shapes = testing::Types<BSpline<1>, BSpline<2>, BSpline<3>, Gimp>;
 TYPED_TEST_SUITE(ShapeFunctions, Shapes);
 
-// Tolerances: a handful of operations on numbers of order one (weights) or 1/h (slopes). GIMP divides a
-// difference by the width of its domain, which a wall may cut to 1/500 of a cell.
+// Tolerances: a handful of operations on numbers of order one (weights) or 1/h (slopes). GIMP
+// divides a difference by the width of its domain, which a wall may cut to 1/500 of a cell.
 template <class Shape>
 constexpr double tolerance = std::is_same_v<Shape, Gimp> ? 1e-12 : 32 * 2.3e-16;
 
@@ -72,7 +73,8 @@ TYPED_TEST(ShapeFunctions, WeightsAreNotNegative) {
 
 TYPED_TEST(ShapeFunctions, SlopeIsDerivativeOfValue) {
   if constexpr (std::is_same_v<TypeParam, Gimp>) {
-    GTEST_SKIP() << "a GIMP slope is the mean slope over the domain, not the slope of the mean where a wall cuts it";
+    GTEST_SKIP() << "a GIMP slope is the mean slope over the domain, not the slope of the mean "
+                    "where a wall cuts it";
   } else {
     this->everywhere([this](const auto& axis, double x, const auto& n) {
       const double d = 1e-6 * this->h;

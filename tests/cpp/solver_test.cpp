@@ -13,8 +13,9 @@ namespace {
 
 using namespace test;
 
-constexpr TransferScheme schemes[] = {TransferScheme::pic, TransferScheme::flip, TransferScheme::apic,
-                                      TransferScheme::affine_flip, TransferScheme::xpic};
+constexpr TransferScheme schemes[] = {TransferScheme::pic, TransferScheme::flip,
+                                      TransferScheme::apic, TransferScheme::affine_flip,
+                                      TransferScheme::xpic};
 
 template <class Shape>
 class SolverOf : public testing::Test {};
@@ -30,8 +31,9 @@ TYPED_TEST(SolverOf, FreeFallIsExact) {
     const double top = solver->position(0)[1], dt = 2e-3;
     const int steps = 100;  // crosses a cell
     for (int i = 0; i < steps; ++i) solver->step(dt);
-    // symplectic Euler: v = g t, y = y0 - g dt^2 n (n + 1)/2. Round-off: each step makes a dozen operations on numbers
-    // of order v, and xpic's series doubles that; it grows at most linearly with the steps.
+    // symplectic Euler: v = g t, y = y0 - g dt^2 n (n + 1)/2. Round-off: each step makes a dozen
+    // operations on numbers of order v, and xpic's series doubles that; it grows at most linearly
+    // with the steps.
     const double v = -9.81 * steps * dt, round_off = 24 * 2.2e-16 * steps;
     for (std::size_t p = 0; p < solver->size(); ++p)
       EXPECT_NEAR(solver->velocity(p)[1], v, round_off * std::abs(v));
@@ -51,7 +53,9 @@ TYPED_TEST(SolverOf, FreeFallIsExact) {
 template <class Shape>
 double angular_momentum_drift(TransferScheme scheme, double omega, double dt) {
   Block<PlaneStrain> block{.box = {20, 20}, .low = {7, 7}, .high = {13, 13}};
-  block.velocity = [&](const auto& x) { return Eigen::Vector2d(-omega * (x[1] - 1.0), omega * (x[0] - 1.0)); };
+  block.velocity = [&](const auto& x) {
+    return Eigen::Vector2d(-omega * (x[1] - 1.0), omega * (x[0] - 1.0));
+  };
   block.gradient << 0.0, -omega, omega, 0.0;
   block.numerics.transfer = scheme;
   auto solver = block.build<Shape>();
@@ -69,14 +73,17 @@ double angular_momentum_drift(TransferScheme scheme, double omega, double dt) {
 TYPED_TEST(SolverOf, RigidRotationKeepsAngularMomentum) {
   const double omega = 2.0, dt = 1e-3;
   EXPECT_LT(angular_momentum_drift<TypeParam>(TransferScheme::apic, omega, dt), 1e-12);
-  // Affine FLIP moves a point with the grid and keeps its own velocity: dt v_grid x v_p is not zero, and what the two
-  // differ by grows with the turned angle, 50 omega dt. Per step that is at most (omega dt) (50 omega dt).
-  EXPECT_LT(angular_momentum_drift<TypeParam>(TransferScheme::affine_flip, omega, dt), 50 * std::pow(omega * dt, 2) * 2);
+  // Affine FLIP moves a point with the grid and keeps its own velocity: dt v_grid x v_p is not
+  // zero, and what the two differ by grows with the turned angle, 50 omega dt. Per step that is at
+  // most (omega dt) (50 omega dt).
+  EXPECT_LT(angular_momentum_drift<TypeParam>(TransferScheme::affine_flip, omega, dt),
+            50 * std::pow(omega * dt, 2) * 2);
   // PIC is the negative control
   EXPECT_GT(angular_momentum_drift<TypeParam>(TransferScheme::pic, omega, dt), 1e-3);
 }
 
-/// In a rigid rotation the grid's increment of the gradient is dt W W (centripetal); carried along, the point's stays W.
+/// In a rigid rotation the grid's increment of the gradient is dt W W (centripetal); carried along,
+/// the point's stays W.
 TEST(AffineFlip, KeepsTheGradientOfARigidRotation) {
   const double omega = 3.0, dt = 0.01;
   Eigen::Matrix2d W;
@@ -87,14 +94,21 @@ TEST(AffineFlip, KeepsTheGradientOfARigidRotation) {
   EXPECT_GT((W + dt * W * W - W).norm(), 0.1);
 }
 
-/// A cloud that flies apart ends at the void ratio of one point per cell, (1 + e) = (1 + e0) 2^2, and not beyond.
-/// A point whose neighbours close in from all sides must not gain slope: nothing would stop it.
+/// A cloud that flies apart ends at the void ratio of one point per cell, (1 + e) = (1 + e0) 2^2,
+/// and not beyond. A point whose neighbours close in from all sides must not gain slope: nothing
+/// would stop it.
 TEST(AffineFlip, ContractionSteepensNoGradient) {
   const double dt = 1e-3, rate = 5.0;
   const Eigen::Matrix2d plane = -rate * Eigen::Matrix2d::Identity();
-  EXPECT_NEAR((AffineFlip::gradient<Eigen::Matrix2d>(plane, Eigen::Matrix2d::Zero(), plane, 0.0, dt) - plane).norm(), 0.0, 1e-12 * rate);
+  EXPECT_NEAR(
+      (AffineFlip::gradient<Eigen::Matrix2d>(plane, Eigen::Matrix2d::Zero(), plane, 0.0, dt) -
+       plane)
+          .norm(),
+      0.0, 1e-12 * rate);
   const Eigen::Matrix3d space = -rate * Eigen::Matrix3d::Identity();
-  EXPECT_LT((AffineFlip::gradient<Eigen::Matrix3d>(space, Eigen::Matrix3d::Zero(), space, 0.0, dt)).norm(), space.norm());
+  EXPECT_LT((AffineFlip::gradient<Eigen::Matrix3d>(space, Eigen::Matrix3d::Zero(), space, 0.0, dt))
+                .norm(),
+            space.norm());
 }
 
 TEST(Solver, DetachedPointsStopAtTheVolumeOfTheirCell) {
@@ -105,11 +119,13 @@ TEST(Solver, DetachedPointsStopAtTheVolumeOfTheirCell) {
   auto solver = block.build<BSpline<2>>();
   for (int i = 0; i < 400; ++i) solver->step(0.005);
   double loosest = 0.0;
-  for (std::size_t p = 0; p < solver->size(); ++p) loosest = std::max(loosest, solver->points().void_ratio[p]);
+  for (std::size_t p = 0; p < solver->size(); ++p)
+    loosest = std::max(loosest, solver->points().void_ratio[p]);
   EXPECT_NEAR(loosest, 4.0 * (1.0 + void_ratio) - 1.0, 1e-9);
 }
 
-/// Any linear velocity field reaches the law as the same rate of deformation at every point, up to the free surface.
+/// Any linear velocity field reaches the law as the same rate of deformation at every point, up to
+/// the free surface.
 TYPED_TEST(SolverOf, UniformStrainRatePassesThePatchTest) {
   Eigen::Matrix2d L;
   L << 0.3, -0.7, 0.2, -0.4;
@@ -122,18 +138,22 @@ TYPED_TEST(SolverOf, UniformStrainRatePassesThePatchTest) {
   const double dt = 1e-3;
   solver->step(dt);
   // 1 + e = (1 + e0) det(I + dt L)
-  const double expected = (1.0 + void_ratio) * (Eigen::Matrix2d::Identity() + dt * L).determinant() - 1.0;
+  const double expected =
+      (1.0 + void_ratio) * (Eigen::Matrix2d::Identity() + dt * L).determinant() - 1.0;
   SymTensor D = SymTensor::Zero();
   D[0] = -L(0, 0), D[1] = -L(1, 1), D[3] = -(L(0, 1) + L(1, 0)) / std::numbers::sqrt2;
   for (std::size_t p = 0; p < solver->size(); ++p) {
     EXPECT_NEAR(solver->points().void_ratio[p], expected, 1e-14);
-    EXPECT_NEAR(solver->points().deviatoric_strain[p], dt * std::sqrt(2.0 / 3.0) * deviator(D).norm(), 1e-15);
+    EXPECT_NEAR(solver->points().deviatoric_strain[p],
+                dt * std::sqrt(2.0 / 3.0) * deviator(D).norm(), 1e-15);
   }
 }
 
-/// A box filled with uniform pressure stays at rest: the internal forces of the points cancel at every inner node.
+/// A box filled with uniform pressure stays at rest: the internal forces of the points cancel at
+/// every inner node.
 TYPED_TEST(SolverOf, UniformPressureIsInEquilibrium) {
-  for (const auto averaging : {VolumetricAveraging::none, VolumetricAveraging::cell, VolumetricAveraging::nodal}) {
+  for (const auto averaging :
+       {VolumetricAveraging::none, VolumetricAveraging::cell, VolumetricAveraging::nodal}) {
     Block<PlaneStrain> block{.box = {8, 6}, .low = {0, 0}, .high = {8, 6}};
     block.body = linear_elastic(0.25);
     block.stress = [](const auto&) { return SymTensor(1000.0 * identity()); };
@@ -141,23 +161,29 @@ TYPED_TEST(SolverOf, UniformPressureIsInEquilibrium) {
     auto solver = block.build<TypeParam>();
     for (int i = 0; i < 20; ++i) solver->step(solver->stable_step().dt);
     double speed = 0.0;
-    for (std::size_t p = 0; p < solver->size(); ++p) speed = std::max(speed, solver->velocity(p).norm());
-    // The midpoint rule of two points per cell integrates linear slopes exactly; the cubic's wall function (1-t)^3 it
-    // misses by 1/16 of the pressure, which moves the wall cell by twice that over rho c. p/(rho c) = 0.1 m/s.
+    for (std::size_t p = 0; p < solver->size(); ++p)
+      speed = std::max(speed, solver->velocity(p).norm());
+    // The midpoint rule of two points per cell integrates linear slopes exactly; the cubic's wall
+    // function (1-t)^3 it misses by 1/16 of the pressure, which moves the wall cell by twice that
+    // over rho c. p/(rho c) = 0.1 m/s.
     const bool cubic = std::is_same_v<TypeParam, BSpline<3>>;
-    EXPECT_LT(speed, cubic ? 2.0 / 16.0 * 0.1 : 1e-12) << "averaging " << static_cast<int>(averaging);
+    EXPECT_LT(speed, cubic ? 2.0 / 16.0 * 0.1 : 1e-12)
+        << "averaging " << static_cast<int>(averaging);
   }
 }
 
-/// Longitudinal standing wave of a bar, fixed at x = 0 and free at x = L: v = v0 sin(pi x/2L) cos(w t), w = pi c/2L.
+/// Longitudinal standing wave of a bar, fixed at x = 0 and free at x = L: v = v0 sin(pi x/2L) cos(w
+/// t), w = pi c/2L.
 struct StandingWave {
-  double error, loss;  // relative L2 error of the velocity after half a period; numerical loss over initial energy
+  double error, loss;  // relative L2 error of the velocity after half a period; numerical loss over
+                       // initial energy
 };
 
 template <class Shape>
 StandingWave standing_wave(int cells, TransferScheme scheme, StressUpdate update) {
   const double length = 1.0, v0 = 1e-3, c = 10.0;
-  Block<PlaneStrain> block{.h = length / cells, .box = {cells + 4, 4}, .low = {0, 0}, .high = {cells, 4}};
+  Block<PlaneStrain> block{
+      .h = length / cells, .box = {cells + 4, 4}, .low = {0, 0}, .high = {cells, 4}};
   block.body = linear_elastic(0.25);  // confined between rollers: the P-wave speed, 10 m/s
   const double k = 0.5 * std::numbers::pi / length;
   block.velocity = [&](const auto& x) { return Eigen::Vector2d(v0 * std::sin(k * x[0]), 0.0); };
@@ -186,11 +212,13 @@ TYPED_TEST(SolverOf, StandingWaveConverges) {
   this->RecordProperty("order", std::to_string(order));
   this->RecordProperty("error", std::to_string(fine.error));
   EXPECT_LT(fine.error, 0.015);
-  EXPECT_GT(coarse.error / fine.error, 3.0);  // 4 at first order, which the free end's smeared node imposes
+  EXPECT_GT(coarse.error / fine.error,
+            3.0);  // 4 at first order, which the free end's smeared node imposes
 }
 
 TYPED_TEST(SolverOf, StandingWaveKeepsItsEnergy) {
-  EXPECT_LT(std::abs(standing_wave<TypeParam>(20, TransferScheme::flip, StressUpdate::last).loss), 0.01);
+  EXPECT_LT(std::abs(standing_wave<TypeParam>(20, TransferScheme::flip, StressUpdate::last).loss),
+            0.01);
   // PIC's loss is the negative control
   EXPECT_GT(standing_wave<TypeParam>(20, TransferScheme::pic, StressUpdate::last).loss, 0.05);
 }
@@ -198,7 +226,8 @@ TYPED_TEST(SolverOf, StandingWaveKeepsItsEnergy) {
 /// A column in its own K0 stress stays there, and carries its weight.
 TYPED_TEST(SolverOf, HydrostaticColumnDoesNotDrift) {
   const double g = 9.81, height = 1.0;
-  Block<PlaneStrain> block{.h = 0.1, .box = {2, 14}, .low = {0, 0}, .high = {2, 10}, .points_per_cell = 4};
+  Block<PlaneStrain> block{
+      .h = 0.1, .box = {2, 14}, .low = {0, 0}, .high = {2, 10}, .points_per_cell = 4};
   block.gravity = {0.0, -g};
   block.walls[1][0].contact = Contact::fixed;
   block.body = linear_elastic(1.0 / 3.0);  // K0 = nu/(1 - nu) = 1/2
@@ -215,11 +244,13 @@ TYPED_TEST(SolverOf, HydrostaticColumnDoesNotDrift) {
     if (solver->time() < 0.5 * end) continue;
     for (std::size_t p = 0; p < solver->size(); ++p)
       if (solver->position(p)[1] < 0.1)
-        base += solver->points().sigma[p][1] / (density * g * (height - solver->position(p)[1])), ++samples;
+        base += solver->points().sigma[p][1] / (density * g * (height - solver->position(p)[1])),
+            ++samples;
   }
   // four points per cell: with two, the midpoint rule's error in the wall cell alone is about 1 %
   EXPECT_NEAR(base / samples, 1.0, 0.01);
-  // Roughness: root mean square of p minus its linear fit in depth, over the mean. The wall cell's quadrature is what is left.
+  // Roughness: root mean square of p minus its linear fit in depth, over the mean. The wall cell's
+  // quadrature is what is left.
   Eigen::MatrixXd basis(solver->size(), 2);
   Eigen::VectorXd pressure(solver->size());
   for (std::size_t p = 0; p < solver->size(); ++p) {
@@ -229,7 +260,8 @@ TYPED_TEST(SolverOf, HydrostaticColumnDoesNotDrift) {
     pressure[row] = trace(solver->points().sigma[p]) / 3.0;
   }
   const Eigen::VectorXd rest = pressure - basis * basis.colPivHouseholderQr().solve(pressure);
-  EXPECT_LT(std::sqrt(rest.squaredNorm() / static_cast<double>(rest.size())) / pressure.mean(), 0.01);
+  EXPECT_LT(std::sqrt(rest.squaredNorm() / static_cast<double>(rest.size())) / pressure.mean(),
+            0.01);
 }
 
 /// Velocities of the points, by id, and what transfers lost, of a block that falls onto a floor.
@@ -256,15 +288,20 @@ TEST(Solver, ResultsDoNotDependOnThreads) {
   EXPECT_EQ(fallen(space, 1), fallen(space, 2));
 }
 
-// Nine points in every cell: two fours of each, and in the end of the strip what the cells have left over.
+// Nine points in every cell: two fours of each, and in the end of the strip what the cells have
+// left over.
 TEST(Solver, PointsThatShareACellStayTogether) {
   Block<PlaneStrain> block{.box = {20, 20}, .low = {5, 5}, .high = {10, 9}, .points_per_cell = 3};
   const auto solver = block.build<BSpline<2>>();
-  const auto cell = [&](std::size_t p) { return std::pair(std::floor(solver->position(p)[0] / block.h), std::floor(solver->position(p)[1] / block.h)); };
+  const auto cell = [&](std::size_t p) {
+    return std::pair(std::floor(solver->position(p)[0] / block.h),
+                     std::floor(solver->position(p)[1] / block.h));
+  };
   constexpr std::size_t cells = 5 * 4, together = Wide::size();
   std::set<std::uint32_t> ids(solver->points().id.begin(), solver->points().id.end());
   ASSERT_EQ(ids.size(), 9 * cells);
-  for (std::size_t p = 0; p < 9 / together * together * cells; ++p) EXPECT_EQ(cell(p), cell(p / together * together)) << p;
+  for (std::size_t p = 0; p < 9 / together * together * cells; ++p)
+    EXPECT_EQ(cell(p), cell(p / together * together)) << p;
 }
 
 /// Stiff at the start, and then without any stress that could limit a step.
@@ -296,12 +333,15 @@ TEST(Solver, AStepWithoutStressToLimitItStaysNearTheFirst) {
 
 TEST(Solver, MassAndMomentumAreKeptInThreeDimensions) {
   Block<ThreeDimensional> block{.box = {10, 10, 10}, .low = {3, 3, 3}, .high = {7, 7, 7}};
-  block.velocity = [](const auto& x) { return Vec3(std::sin(9 * x[1]), std::cos(7 * x[2]), x[0] * x[0]); };
+  block.velocity = [](const auto& x) {
+    return Vec3(std::sin(9 * x[1]), std::cos(7 * x[2]), x[0] * x[0]);
+  };
   block.body = linear_elastic(0.25);
   auto solver = block.build<BSpline<2>>();
   const auto momentum = [&] {
     Vec3 sum = Vec3::Zero();
-    for (std::size_t p = 0; p < solver->size(); ++p) sum += solver->points().mass[p] * solver->velocity(p);
+    for (std::size_t p = 0; p < solver->size(); ++p)
+      sum += solver->points().mass[p] * solver->velocity(p);
     return sum;
   };
   const Vec3 before = momentum();
@@ -309,7 +349,8 @@ TEST(Solver, MassAndMomentumAreKeptInThreeDimensions) {
   EXPECT_LT((momentum() - before).norm(), 1e-12 * before.norm() * 50);
 }
 
-/// Steady radial expansion v_r = a r of an axisymmetric body: e grows as in the exact (1 + a dt)^2 each step.
+/// Steady radial expansion v_r = a r of an axisymmetric body: e grows as in the exact (1 + a dt)^2
+/// each step.
 TEST(Solver, AxisymmetricExpansionHasHoopStrain) {
   const double a = 0.5, dt = 1e-3;
   Block<Axisymmetric> block{.box = {20, 12}, .low = {4, 3}, .high = {12, 9}};
@@ -320,7 +361,8 @@ TEST(Solver, AxisymmetricExpansionHasHoopStrain) {
   auto solver = block.build<BSpline<2>>();
   solver->step(dt);
   const double expected = (1.0 + void_ratio) * std::pow(1.0 + a * dt, 2) - 1.0;
-  for (std::size_t p = 0; p < solver->size(); ++p) EXPECT_NEAR(solver->points().void_ratio[p], expected, 1e-13);
+  for (std::size_t p = 0; p < solver->size(); ++p)
+    EXPECT_NEAR(solver->points().void_ratio[p], expected, 1e-13);
 }
 
 }  // namespace

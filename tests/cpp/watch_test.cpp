@@ -22,8 +22,9 @@ struct Watched {
   explicit Watched(std::function<Eigen::Vector2d(const Eigen::Vector2d&)> velocity,
                    VolumetricAveraging averaging = VolumetricAveraging::cell)
       : solver(build(velocity, averaging)), watch(*solver, height, gravity, cell) {}
-  static std::unique_ptr<Solver<PlaneStrain, BSpline<2>>> build(const std::function<Eigen::Vector2d(const Eigen::Vector2d&)>& velocity,
-                                                                VolumetricAveraging averaging) {
+  static std::unique_ptr<Solver<PlaneStrain, BSpline<2>>> build(
+      const std::function<Eigen::Vector2d(const Eigen::Vector2d&)>& velocity,
+      VolumetricAveraging averaging) {
     Block<PlaneStrain> block{.box = {20, 20}, .low = {4, 4}, .high = {12, 12}};
     block.velocity = velocity;
     block.numerics.averaging = averaging;
@@ -57,7 +58,8 @@ TEST(Watch, WarnsOfMotionThatCellsCannotSee) {
 TEST(Watch, EndsTheRunOfAPointNoFallCouldHaveMadeSoFast) {
   const double fall = std::sqrt(2.0 * gravity * height);
   Watched fast([&](const auto&) { return Eigen::Vector2d(3.01 * fall, 0.0); });
-  EXPECT_THAT([&] { fast.watch.points(*fast.solver); }, ThrowsMessage<SolverError>(HasSubstr("too fast")));
+  EXPECT_THAT([&] { fast.watch.points(*fast.solver); },
+              ThrowsMessage<SolverError>(HasSubstr("too fast")));
   Watched slower([&](const auto&) { return Eigen::Vector2d(2.99 * fall, 0.0); });
   EXPECT_NO_THROW(slower.watch.points(*slower.solver));
 }

@@ -51,7 +51,9 @@ def _vector(group, name, values, unit):
 def block(height, length, thickness, spacing, rng=None):
     """Positions (N, 3) of a lattice that fills height x length x thickness, jittered by a tenth when rng is given."""
     counts = [max(1, round(extent / spacing)) for extent in (length, height, thickness)]
-    axes = [(np.arange(n) + 0.5) * extent / n for n, extent in zip(counts, (length, height, thickness))]
+    axes = [
+        (np.arange(n) + 0.5) * extent / n for n, extent in zip(counts, (length, height, thickness))
+    ]
     x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     if rng is not None:
         x = x + rng.uniform(-0.1, 0.1, x.shape) * spacing
@@ -63,8 +65,24 @@ def smooth_step(s):
     return s * s * (3.0 - 2.0 * s)
 
 
-def write_run(path, engine, *, height=0.04, length=0.04, thickness=0.008, void_ratio=0.7, stretch=2.0, duration=5.0,
-              frames=26, dissipated=0.95, peak=0.10, peak_time=1.2, seed=1, jitter=True, spacing=0.002):
+def write_run(
+    path,
+    engine,
+    *,
+    height=0.04,
+    length=0.04,
+    thickness=0.008,
+    void_ratio=0.7,
+    stretch=2.0,
+    duration=5.0,
+    frames=26,
+    dissipated=0.95,
+    peak=0.10,
+    peak_time=1.2,
+    seed=1,
+    jitter=True,
+    spacing=0.002,
+):
     """Writes a run of `engine` ("mpm" or "dem") whose block is stretched in x by `stretch` over `duration` time scales,
     its height shrinking in proportion.
 
@@ -92,14 +110,34 @@ def write_run(path, engine, *, height=0.04, length=0.04, thickness=0.008, void_r
 
     path = Path(path)
     with h5py.File(path, "w") as f:
-        f.attrs.update({
-            "openPMD": "1.1.0", "openPMDextension": np.uint32(0), "basePath": "/data/%T/", "particlesPath": "particles/",
-            "meshesPath": "meshes/", "iterationEncoding": "groupBased", "iterationFormat": "/data/%T/",
-            "software": "grainpair", "softwareVersion": "0.1.0", "date": "2026-01-01 00:00:00 +0000",
-            "machine": "formula", "schema_version": 1, "engine": engine, "engine_version": "synthetic", "commit": "none",
-            "seed": seed, "case": case, "case_resolved": case, "command": "synthetic", "threads": 1,
-            "cpu_seconds": 1.5 if engine == "mpm" else 30.0, "wall_seconds": 2.0, "time_scale": scale,
-            "end_reason": "rest"})
+        f.attrs.update(
+            {
+                "openPMD": "1.1.0",
+                "openPMDextension": np.uint32(0),
+                "basePath": "/data/%T/",
+                "particlesPath": "particles/",
+                "meshesPath": "meshes/",
+                "iterationEncoding": "groupBased",
+                "iterationFormat": "/data/%T/",
+                "software": "grainpair",
+                "softwareVersion": "0.1.0",
+                "date": "2026-01-01 00:00:00 +0000",
+                "machine": "formula",
+                "schema_version": 1,
+                "engine": engine,
+                "engine_version": "synthetic",
+                "commit": "none",
+                "seed": seed,
+                "case": case,
+                "case_resolved": case,
+                "command": "synthetic",
+                "threads": 1,
+                "cpu_seconds": 1.5 if engine == "mpm" else 30.0,
+                "wall_seconds": 2.0,
+                "time_scale": scale,
+                "end_reason": "rest",
+            }
+        )
         for i, tau in enumerate(np.linspace(0.0, duration, frames)):
             x, v = place(tau)
             step = f.create_group(f"data/{i * 100}")
@@ -116,7 +154,14 @@ def write_run(path, engine, *, height=0.04, length=0.04, thickness=0.008, void_r
                 depth = np.maximum(x[:, 1].max() - x[:, 1], 0.0)
                 stress = cloud.create_group("stress")
                 weight = DENSITY / (1.0 + void_ratio) * 9.81 * depth
-                for name, factor in {"xx": 0.5, "yy": 1.0, "zz": 0.5, "xy": 0.0, "yz": 0.0, "zx": 0.0}.items():
+                for name, factor in {
+                    "xx": 0.5,
+                    "yy": 1.0,
+                    "zz": 0.5,
+                    "xy": 0.0,
+                    "yz": 0.0,
+                    "zx": 0.0,
+                }.items():
                     stress[name] = factor * weight
             else:
                 cloud["radius"] = np.full(count, DIAMETER / 2)
@@ -126,22 +171,38 @@ def write_run(path, engine, *, height=0.04, length=0.04, thickness=0.008, void_r
         total, tau = mass.sum(), np.linspace(0.0, duration, 501)
         y0 = (mass * x0[:, 1]).sum()
         potential = 9.81 * y0 / stretch_at(tau)
-        kinetic = peak * total * 9.81 * height * np.exp(-((tau - peak_time) / 0.5) ** 2)
+        kinetic = peak * total * 9.81 * height * np.exp(-(((tau - peak_time) / 0.5) ** 2))
         kinetic[0] = 0.0
         loss = potential[0] - potential - kinetic
-        history = {"time": tau * scale, "kinetic": kinetic, "potential": potential,
-                   "rotational": np.zeros_like(tau), "elastic": np.zeros_like(tau),
-                   "dissipated": dissipated * loss, "unaccounted": (1.0 - dissipated) * loss}
+        history = {
+            "time": tau * scale,
+            "kinetic": kinetic,
+            "potential": potential,
+            "rotational": np.zeros_like(tau),
+            "elastic": np.zeros_like(tau),
+            "dissipated": dissipated * loss,
+            "unaccounted": (1.0 - dissipated) * loss,
+        }
         if engine == "mpm":
-            history |= {"fluctuation": np.zeros_like(tau), "dissipated_plastic": 0.6 * dissipated * loss,
-                        "dissipated_collisional": 0.4 * dissipated * loss, "dissipated_wall": np.zeros_like(tau),
-                        "loss_transfer": 0.7 * (1 - dissipated) * loss,
-                        "loss_time_integration": 0.3 * (1 - dissipated) * loss, "loss_mixing": np.zeros_like(tau),
-                        "loss_detached": np.zeros_like(tau), "loss_conduction": np.zeros_like(tau)}
+            history |= {
+                "fluctuation": np.zeros_like(tau),
+                "dissipated_plastic": 0.6 * dissipated * loss,
+                "dissipated_collisional": 0.4 * dissipated * loss,
+                "dissipated_wall": np.zeros_like(tau),
+                "loss_transfer": 0.7 * (1 - dissipated) * loss,
+                "loss_time_integration": 0.3 * (1 - dissipated) * loss,
+                "loss_mixing": np.zeros_like(tau),
+                "loss_detached": np.zeros_like(tau),
+                "loss_conduction": np.zeros_like(tau),
+            }
         else:
-            history |= {"dissipated_normal": 0.2 * dissipated * loss, "dissipated_tangential": 0.8 * dissipated * loss,
-                        "dissipated_wall": np.zeros_like(tau), "dissipated_short": 0.55 * dissipated * loss,
-                        "dissipated_enduring": 0.45 * dissipated * loss}
+            history |= {
+                "dissipated_normal": 0.2 * dissipated * loss,
+                "dissipated_tangential": 0.8 * dissipated * loss,
+                "dissipated_wall": np.zeros_like(tau),
+                "dissipated_short": 0.55 * dissipated * loss,
+                "dissipated_enduring": 0.45 * dissipated * loss,
+            }
         for name, values in history.items():
             data = f.create_dataset(f"energy/{name}", data=values)
             data.attrs["unit"] = "s" if name == "time" else "J"
@@ -153,6 +214,8 @@ def write_pair(folder, mpm=None, dem=None):
     """mpm.h5 and dem.h5 in `folder`; keywords of write_run for either side."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    write_run(folder / "mpm.h5", "mpm", **({"seed": 1, "jitter": False, "spacing": 0.00125} | (mpm or {})))
+    write_run(
+        folder / "mpm.h5", "mpm", **({"seed": 1, "jitter": False, "spacing": 0.00125} | (mpm or {}))
+    )
     write_run(folder / "dem.h5", "dem", **({"seed": 2} | (dem or {})))
     return folder

@@ -12,7 +12,11 @@ from hypothesis import strategies as st
 from compare.programs import ROOT, program
 
 CARD = ROOT / "cases" / "materials" / "seed_table1.toml"
-SEED = (ROOT / "cases" / "column" / "case.toml").read_text().replace('card = "seed_table1"', f'card = "{CARD}"')
+SEED = (
+    (ROOT / "cases" / "column" / "case.toml")
+    .read_text()
+    .replace('card = "seed_table1"', f'card = "{CARD}"')
+)
 
 
 def but(old: str, new: str) -> bytes:
@@ -24,21 +28,42 @@ def but(old: str, new: str) -> bytes:
 # What is wrong: the file (None: there is none), and the words the line must have.
 BROKEN = {
     "missing key": (but("height = 0.1\n", ""), "missing key 'geometry.height'"),
-    "wrong type": (but("friction = 0.5", 'friction = "rough"'), "case.toml:14: grains.friction must be a number"),
-    "negative diameter": (but("diameter = 0.002", "diameter = -0.002"), "case.toml:10: grains.diameter = -0.002 m is out"),
+    "wrong type": (
+        but("friction = 0.5", 'friction = "rough"'),
+        "case.toml:14: grains.friction must be a number",
+    ),
+    "negative diameter": (
+        but("diameter = 0.002", "diameter = -0.002"),
+        "case.toml:10: grains.diameter = -0.002 m is out",
+    ),
     "unknown law": (but("lade_duncan", "lade_dunkan"), "Did you mean 'lade_duncan'?"),
     "empty file": (b"", "is empty"),
     "binary file": (b"\x89HDF\r\n\x1a\n\0\0\0\0", "binary data"),
-    "not a number": (but("restitution = 0.879", "restitution = nan"), "grains.restitution = nan is not a finite number"),
-    "unit mistake": (but("diameter = 0.002", "diameter = 2.0"), "Is it in m? 1000 times less would fit."),
+    "not a number": (
+        but("restitution = 0.879", "restitution = nan"),
+        "grains.restitution = nan is not a finite number",
+    ),
+    "unit mistake": (
+        but("diameter = 0.002", "diameter = 2.0"),
+        "Is it in m? 1000 times less would fit.",
+    ),
     "unreadable path": (None, "cannot be read"),
-    "contradictory walls": (but('base = "glued"', 'base = "glued"\nbase_friction = 0.5'), "contradicts walls.base"),
+    "contradictory walls": (
+        but('base = "glued"', 'base = "glued"\nbase_friction = 0.5'),
+        "contradicts walls.base",
+    ),
 }
 
 
 def call(command: list, folder: Path) -> subprocess.CompletedProcess:
-    return subprocess.run([str(word) for word in command], cwd=folder, capture_output=True, text=True, timeout=60,
-                          env=os.environ | {"PYTHONPATH": str(ROOT)})
+    return subprocess.run(
+        [str(word) for word in command],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
 
 
 PROGRAMS = {

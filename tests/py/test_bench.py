@@ -6,38 +6,79 @@ from compare.commands import bench
 
 
 def test_records_of_a_small_run():
-    entries = bench.timed("step_benchmark", ["--benchmark_min_time=0.01", "--benchmark_filter=dimension:2/.*threads:1/points:1000/|multiply_add"])
+    entries = bench.timed(
+        "step_benchmark",
+        [
+            "--benchmark_min_time=0.01",
+            "--benchmark_filter=dimension:2/.*threads:1/points:1000/|multiply_add",
+        ],
+    )
     rows = [bench.record(entry) for entry in entries]
     assert {row["benchmark"] for row in rows} == {"multiply_add", "step"}
     step = next(row for row in rows if row["benchmark"] == "step")
     assert (step["dimension"], step["threads"], step["law"]) == (2, 1, "drucker_prager")
     assert abs(step["points"] / 1000 - 1.0) < 0.1  # a whole number of cells a side
     entry = next(entry for entry in entries if "benchmark:step" in entry["name"])
-    assert abs(step["point_steps_per_core_second"] * entry["cpu_time"] * 1e-9 / step["points"] - 1.0) < 1e-12
+    assert (
+        abs(step["point_steps_per_core_second"] * entry["cpu_time"] * 1e-9 / step["points"] - 1.0)
+        < 1e-12
+    )
     json.dumps(rows)
 
 
 def test_two_threads_are_held_against_one():
-    step = {"benchmark": "step", "dimension": 2, "shape": "linear", "precision": "double", "law": "mu_i", "points": 100}
-    rows = [step | {"threads": 2, "point_steps_per_second": 9.0}, step | {"threads": 1, "point_steps_per_second": 5.0},
-            step | {"threads": 1, "law": "linear_elastic", "point_steps_per_second": 1.0}]
+    step = {
+        "benchmark": "step",
+        "dimension": 2,
+        "shape": "linear",
+        "precision": "double",
+        "law": "mu_i",
+        "points": 100,
+    }
+    rows = [
+        step | {"threads": 2, "point_steps_per_second": 9.0},
+        step | {"threads": 1, "point_steps_per_second": 5.0},
+        step | {"threads": 1, "law": "linear_elastic", "point_steps_per_second": 1.0},
+    ]
     bench.add_speed_up(rows)
     assert rows[0]["speed_up"] == 1.8 and all("speed_up" not in row for row in rows[1:])
 
 
 def test_a_step_costs_more_than_the_bare_kernels():
     """The bare kernels are a limit: a step that beat them would mean that they, or the step, leave something out."""
-    entries = bench.timed("step_benchmark", ["--benchmark_min_time=0.05", "--benchmark_filter=(bare_kernels|law:drucker_prager).*threads:1/points:14400/"])
-    rate = {(row["benchmark"], row["dimension"]): row["point_steps_per_core_second"] for row in map(bench.record, entries)
-            if row["shape"] == "quadratic_bspline"}
+    entries = bench.timed(
+        "step_benchmark",
+        [
+            "--benchmark_min_time=0.05",
+            "--benchmark_filter=(bare_kernels|law:drucker_prager).*threads:1/points:14400/",
+        ],
+    )
+    rate = {
+        (row["benchmark"], row["dimension"]): row["point_steps_per_core_second"]
+        for row in map(bench.record, entries)
+        if row["shape"] == "quadratic_bspline"
+    }
     for dimension in (2, 3):
         assert rate["step", dimension] < rate["bare_kernels", dimension]
 
 
 def test_laws_and_mapping_have_rates():
-    laws = [bench.law_record(entry) for entry in bench.timed("law_benchmark", ["--benchmark_min_time=0.01", "--benchmark_filter=linear_elastic/.*mixed"])]
+    laws = [
+        bench.law_record(entry)
+        for entry in bench.timed(
+            "law_benchmark",
+            ["--benchmark_min_time=0.01", "--benchmark_filter=linear_elastic/.*mixed"],
+        )
+    ]
     # between a microsecond and a nanosecond a point, on any machine that builds this
     assert all(1e6 < row["point_steps_per_core_second"] < 1e9 for row in laws) and laws
-    frames = [bench.mapping_record(entry) for entry in
-              bench.timed("tests/coarse_grain_benchmark", ["--benchmark_min_time=0.01", "--benchmark_filter=/7000$"])]
-    assert frames and all(row["pairs_per_second"] > row["contacts_per_second"] > 0.0 for row in frames)
+    frames = [
+        bench.mapping_record(entry)
+        for entry in bench.timed(
+            "tests/coarse_grain_benchmark",
+            ["--benchmark_min_time=0.01", "--benchmark_filter=/7000$"],
+        )
+    ]
+    assert frames and all(
+        row["pairs_per_second"] > row["contacts_per_second"] > 0.0 for row in frames
+    )

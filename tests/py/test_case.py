@@ -28,11 +28,15 @@ def test_resolved_text_reads_back_to_the_same_values():
 
 def test_text_of_an_older_schema_has_the_defaults_of_newer_keys():
     scene = case.load(COLUMN)
-    older = "\n".join(line for line in scene.resolved.splitlines() if not line.startswith("margin_distance"))
+    older = "\n".join(
+        line for line in scene.resolved.splitlines() if not line.startswith("margin_distance")
+    )
     assert older != scene.resolved
     assert case.parse(older).values == scene.values
 
 
 def test_a_mistake_raises_the_validators_line():
-    with pytest.raises(CaseError, match=r"^--set grains.friktion=1: unknown key .* Did you mean 'friction'\?$"):
+    with pytest.raises(
+        CaseError, match=r"^--set grains.friktion=1: unknown key .* Did you mean 'friction'\?$"
+    ):
         case.load(COLUMN, ["grains.friktion=1"])

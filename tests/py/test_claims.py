@@ -35,6 +35,7 @@ def table(tmp_path, monkeypatch):
 
     def write(text, **words):
         (tmp_path / "table.toml").write_text(text.format(**words))
+
     return write
 
 
@@ -42,17 +43,25 @@ class Quick:
     quick = True
 
 
-@pytest.mark.parametrize("relation, function, code", [
-    ("equal", "half", 0), ("equal", "less", 1),
-    ("at_most", "less", 0), ("at_most", "half", 1),
-    ("at_least", "half", 0), ("at_least", "less", 1),
-])
+@pytest.mark.parametrize(
+    "relation, function, code",
+    [
+        ("equal", "half", 0),
+        ("equal", "less", 1),
+        ("at_most", "less", 0),
+        ("at_most", "half", 1),
+        ("at_least", "half", 0),
+        ("at_least", "less", 1),
+    ],
+)
 def test_a_figure_that_no_longer_holds_is_noticed(table, relation, function, code):
     table(GOOD, relation=relation, measure=f"{__name__}.{function}")
     assert claims.run(Quick) == code
 
 
-@pytest.mark.parametrize("key", ["statement", "target", "value", "unit", "tolerance", "reason", "command", "measure"])
+@pytest.mark.parametrize(
+    "key", ["statement", "target", "value", "unit", "tolerance", "reason", "command", "measure"]
+)
 def test_an_incomplete_claim_is_refused(table, key):
     lines = [line for line in GOOD.splitlines() if not line.startswith(key)]
     table("\n".join(lines), relation="equal", measure="x.y")

@@ -12,7 +12,9 @@ SCENE = case.parse(CASE.format(height=0.04, length=0.04, thickness=0.008, void_r
 DT = 1e-5
 
 
-def write_dump(path, steps, columns="id type x y z radius vx vy vz omegax omegay omegaz", shuffle=True):
+def write_dump(
+    path, steps, columns="id type x y z radius vx vy vz omegax omegay omegaz", shuffle=True
+):
     """A falling block over one row of glued grains, in LIGGGHTS' own order of lines."""
     random = np.random.default_rng(1)
     x0 = block(0.04, 0.04, 0.008, 0.002)
@@ -21,22 +23,41 @@ def write_dump(path, steps, columns="id type x y z radius vx vy vz omegax omegay
         for step in steps:
             t = step * DT
             rows = []
-            for i, (x, moving) in enumerate([(p, True) for p in x0] + [(p, False) for p in floor], start=1):
+            for i, (x, moving) in enumerate(
+                [(p, True) for p in x0] + [(p, False) for p in floor], start=1
+            ):
                 v = np.array([0.3, -9.81 * t, 0.0]) * moving
                 y = x + np.array([0.3 * t, -0.5 * 9.81 * t**2, 0.0]) * moving
-                values = {"id": i, "type": 1 if moving else 3, "x": y[0], "y": y[1], "z": y[2], "radius": 0.001,
-                          "diameter": 0.002, "vx": v[0], "vy": v[1], "vz": v[2], "omegax": 0.0, "omegay": 0.0,
-                          "omegaz": 5.0 * moving}
+                values = {
+                    "id": i,
+                    "type": 1 if moving else 3,
+                    "x": y[0],
+                    "y": y[1],
+                    "z": y[2],
+                    "radius": 0.001,
+                    "diameter": 0.002,
+                    "vx": v[0],
+                    "vy": v[1],
+                    "vz": v[2],
+                    "omegax": 0.0,
+                    "omegay": 0.0,
+                    "omegaz": 5.0 * moving,
+                }
                 rows.append(" ".join(f"{values[c]:.17g}" for c in columns.split()))
             if shuffle:
                 random.shuffle(rows)
-            f.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows)}\nITEM: BOX BOUNDS mm mm pp\n"
-                    "-0.002 0.3\n-0.01 0.1\n0 0.008\n" f"ITEM: ATOMS {columns} \n" + "\n".join(rows) + "\n")
+            f.write(
+                f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows)}\nITEM: BOX BOUNDS mm mm pp\n"
+                "-0.002 0.3\n-0.01 0.1\n0 0.008\n"
+                f"ITEM: ATOMS {columns} \n" + "\n".join(rows) + "\n"
+            )
     return path
 
 
 def test_a_dump_becomes_a_run(tmp_path):
-    late, early = write_dump(tmp_path / "b.dump", [2000]), write_dump(tmp_path / "a.dump", [0, 1000])
+    late, early = write_dump(tmp_path / "b.dump", [2000]), write_dump(
+        tmp_path / "a.dump", [0, 1000]
+    )
     dumps.convert([late, early], SCENE, DT, tmp_path / "dem.h5")
     with h5py.File(tmp_path / "dem.h5") as f:
         assert sorted(f["data"], key=int) == ["0", "1000", "2000"]
@@ -66,15 +87,21 @@ def test_a_dump_can_be_compared(tmp_path):
 
 
 def test_diameters_do_as_well_as_radii(tmp_path):
-    (snapshot,) = dumps.snapshots(write_dump(tmp_path / "a.dump", [0], "id x y z vx vy vz diameter"))
+    (snapshot,) = dumps.snapshots(
+        write_dump(tmp_path / "a.dump", [0], "id x y z vx vy vz diameter")
+    )
     assert np.all(snapshot.columns["radius"] == 0.001)
 
 
-@pytest.mark.parametrize(("spoil", "message"), [
-    (lambda text: "hello\n" + text, "a.dump:1: expected 'ITEM: TIMESTEP'"),
-    (lambda text: text.replace(" vx", " ux"), "no column vx"),
-    (lambda text: text[:len(text) // 2], "cut short"),
-    (lambda text: "", "no snapshot")])
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda text: "hello\n" + text, "a.dump:1: expected 'ITEM: TIMESTEP'"),
+        (lambda text: text.replace(" vx", " ux"), "no column vx"),
+        (lambda text: text[: len(text) // 2], "cut short"),
+        (lambda text: "", "no snapshot"),
+    ],
+)
 def test_broken_dumps_are_refused(tmp_path, spoil, message):
     path = write_dump(tmp_path / "a.dump", [0])
     path.write_text(spoil(path.read_text()))

@@ -16,8 +16,11 @@ from compare.errors import CaseError, EngineError
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A pair whose grains spread 1.05 times as far, weigh 1.7/1.72 as much and dissipate the same share."""
-    folder = write_pair(tmp_path_factory.mktemp("pair"), mpm={"frames": 11}, dem={"frames": 11, "stretch": 2.1,
-                                                                                  "void_ratio": 0.72})
+    folder = write_pair(
+        tmp_path_factory.mktemp("pair"),
+        mpm={"frames": 11},
+        dem={"frames": 11, "stretch": 2.1, "void_ratio": 0.72},
+    )
     words = ["--width-study", "--quiet", "--table", str(folder.parent / "kept" / "verdicts.csv")]
     assert cli.main(["compare", str(folder), *words]) == 0
     return folder
@@ -29,13 +32,27 @@ def metrics(folder):
 
 
 def test_the_folder_holds_what_it_should(folder):
-    assert {p.name for p in folder.iterdir()} == {"mpm.h5", "dem.h5", "fields.h5", "metrics.json", "report.html", "figures"}
+    assert {p.name for p in folder.iterdir()} == {
+        "mpm.h5",
+        "dem.h5",
+        "fields.h5",
+        "metrics.json",
+        "report.html",
+        "figures",
+    }
     names = {p.stem for p in (folder / "figures").iterdir()}
     for name in names:
         assert (folder / "figures" / f"{name}.svg").stat().st_size > 0
         assert (folder / "figures" / f"{name}.png").stat().st_size > 0
-    assert {"surface_profiles", "map_void_ratio", "map_granular_temperature", "map_speed", "energies",
-            "energy_budget", "width_study"} <= names
+    assert {
+        "surface_profiles",
+        "map_void_ratio",
+        "map_granular_temperature",
+        "map_speed",
+        "energies",
+        "energy_budget",
+        "width_study",
+    } <= names
 
 
 def test_the_kept_table_is_what_the_metrics_say(folder, metrics):
@@ -44,8 +61,13 @@ def test_the_kept_table_is_what_the_metrics_say(folder, metrics):
     assert set(table.index) == {name for name, entry in metrics.items() if "verdict" in entry}
     for name, row in table.iterrows():
         entry = metrics[name]
-        assert row["verdict"] == entry["verdict"] and row["shuffled"] == metrics["control_shuffled"]["words"][name]
-        assert row["difference"] == pytest.approx(entry.get("difference", entry.get("value")), rel=1e-3)
+        assert (
+            row["verdict"] == entry["verdict"]
+            and row["shuffled"] == metrics["control_shuffled"]["words"][name]
+        )
+        assert row["difference"] == pytest.approx(
+            entry.get("difference", entry.get("value")), rel=1e-3
+        )
     assert "control_shuffled " + metrics["control_shuffled"]["value"] in path.read_text()
 
 
@@ -68,11 +90,15 @@ def test_mapped_fields_conserve_in_every_frame(folder):
                 for i, step in enumerate(steps):
                     cloud = run[f"data/{step}/particles/cloud"]
                     mass = cloud["mass"][:]
-                    assert f[engine]["density"][i].sum() * cell == pytest.approx(mass.sum(), rel=1e-12)
+                    assert f[engine]["density"][i].sum() * cell == pytest.approx(
+                        mass.sum(), rel=1e-12
+                    )
                     for k, component in enumerate("xyz"):
                         momentum = (mass * cloud[f"velocity/{component}"][:]).sum()
                         scale = (mass * abs(cloud[f"velocity/{component}"][:])).sum()
-                        assert f[engine]["momentum"][i][..., k].sum() * cell == pytest.approx(momentum, abs=1e-12 * scale)
+                        assert f[engine]["momentum"][i][..., k].sum() * cell == pytest.approx(
+                            momentum, abs=1e-12 * scale
+                        )
 
 
 def test_run_out_is_the_stretch(metrics):
@@ -90,12 +116,16 @@ def test_final_height_is_the_stretch(metrics):
 def test_energy_peak(metrics):
     assert metrics["kinetic_energy_peak_time"]["mpm"] == pytest.approx(1.2, abs=1e-6)
     # 0.1 M g H over the energy released, M g H/2 (1 - 1/2.1)
-    assert metrics["kinetic_energy_peak"]["dem"] == pytest.approx(0.1 / (0.5 * (1.0 - 1.0 / 2.1)), rel=2e-3)
+    assert metrics["kinetic_energy_peak"]["dem"] == pytest.approx(
+        0.1 / (0.5 * (1.0 - 1.0 / 2.1)), rel=2e-3
+    )
 
 
 def test_energy_released_is_dissipated_or_unaccounted(metrics):
     released = metrics["released_energy"]
-    assert metrics["dissipated_energy"]["dem"] + metrics["unaccounted_energy"]["dem"] == pytest.approx(1.0, abs=1e-6)
+    assert metrics["dissipated_energy"]["dem"] + metrics["unaccounted_energy"][
+        "dem"
+    ] == pytest.approx(1.0, abs=1e-6)
     share = metrics["dissipated_energy"]["mpm"] + metrics["unaccounted_energy"]["mpm"]
     assert share == pytest.approx(released["mpm"] / released["dem"], rel=1e-6)
 
@@ -109,10 +139,19 @@ def test_every_metric_is_documented(metrics):
 def test_report_is_one_self_contained_page(folder):
     page = (folder / "report.html").read_text()
     assert not re.findall(r'(?:src|href|srcset)="(?!data:|#)', page)
-    assert "http://" not in re.sub(r"data:[^\"]*", "", page) and "https://" not in re.sub(r"data:[^\"]*", "", page)
-    assert page.index("verdict") < page.index("<figure>") < page.index('id="metrics"') < page.index('id="provenance"')
+    assert "http://" not in re.sub(r"data:[^\"]*", "", page) and "https://" not in re.sub(
+        r"data:[^\"]*", "", page
+    )
+    assert (
+        page.index("verdict")
+        < page.index("<figure>")
+        < page.index('id="metrics"')
+        < page.index('id="provenance"')
+    )
     assert page.count("<figcaption>") == page.count("<figure>") >= 7
-    assert all(len(sentence) > 40 for sentence in re.findall(r"<figcaption>(.*?)</figcaption>", page, re.S))
+    assert all(
+        len(sentence) > 40 for sentence in re.findall(r"<figcaption>(.*?)</figcaption>", page, re.S)
+    )
 
 
 def test_comparing_again_changes_no_number(folder, metrics):

@@ -43,30 +43,51 @@ def test_half_width_is_the_one_sample_t_interval_for_a_deterministic_continuum()
 def test_false_agreement_is_as_rare_as_claimed():
     # At a true difference equal to the margin, "agree" is the error TOST bounds by 5 %; 4000 trials scatter by 0.35 %.
     random = np.random.default_rng(1)
-    words = [verdict.equivalence([1.0], random.normal(1.05, 0.02, 8), 0.05).word for _ in range(4000)]
+    words = [
+        verdict.equivalence([1.0], random.normal(1.05, 0.02, 8), 0.05).word for _ in range(4000)
+    ]
     assert words.count(verdict.AGREE) / 4000 <= 0.05 + 3 * 0.0035
     assert words.count(verdict.AGREE) / 4000 >= 0.03  # and the test is not trivially strict
 
 
 # Steps of 1e-6: a scatter below the rounding of the shift would vanish with it.
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # a loaded machine is slow to draw them
-@given(st.lists(st.integers(-10**7, 10**7).map(lambda k: 1e-6 * k), min_size=2, max_size=6), st.floats(0.01, 1.0), st.floats(-5, 5))
+@settings(
+    deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)  # a loaded machine is slow to draw them
+@given(
+    st.lists(st.integers(-(10**7), 10**7).map(lambda k: 1e-6 * k), min_size=2, max_size=6),
+    st.floats(0.01, 1.0),
+    st.floats(-5, 5),
+)
 def test_verdict_depends_on_differences_only(values, margin, shift):
     a = verdict.equivalence([values[0]], values, margin)
     b = verdict.equivalence([values[0] + shift], [v + shift for v in values], margin)
     # Shifted numbers are rounded; a verdict may tip only when it stood on the edge.
-    edge = min(abs(abs(a.difference) + a.half_width - margin), abs(abs(a.difference) - a.half_width - margin))
+    edge = min(
+        abs(abs(a.difference) + a.half_width - margin),
+        abs(abs(a.difference) - a.half_width - margin),
+    )
     assert a.word == b.word or edge < 1e-9
 
 
-@pytest.mark.parametrize(("words", "expected"), [
-    (["agree", "agree"], "agree"), (["agree", "unresolved"], "unresolved"), (["differ", "unresolved"], "differ"),
-    (["within margin"], "within margin"), (["within margin", "outside margin"], "outside margin"), ([], "unresolved")])
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["agree", "agree"], "agree"),
+        (["agree", "unresolved"], "unresolved"),
+        (["differ", "unresolved"], "differ"),
+        (["within margin"], "within margin"),
+        (["within margin", "outside margin"], "outside margin"),
+        ([], "unresolved"),
+    ],
+)
 def test_overall(words, expected):
     assert verdict.overall(words) == expected
 
 
-@pytest.mark.parametrize("path", sorted(Path("cases").glob("*/reference/verdicts.csv")), ids=lambda path: path.parts[1])
+@pytest.mark.parametrize(
+    "path", sorted(Path("cases").glob("*/reference/verdicts.csv")), ids=lambda path: path.parts[1]
+)
 def test_every_committed_table_of_verdicts_rejected_its_controls(path):
     overall = path.read_text().splitlines()[2]
     assert [f"control_{name} rejected" in overall for name in WORDS] == [True, True, True]
@@ -75,5 +96,10 @@ def test_every_committed_table_of_verdicts_rejected_its_controls(path):
         assert (table[name] == "differ").any()
     # the verdict follows from the numbers beside it
     for _, row in table.iterrows():
-        low, high = abs(row["difference"]) - row["half_width"], abs(row["difference"]) + row["half_width"]
-        assert row["verdict"] == ("agree" if high <= row["margin"] else "differ" if low > row["margin"] else "unresolved")
+        low, high = (
+            abs(row["difference"]) - row["half_width"],
+            abs(row["difference"]) + row["half_width"],
+        )
+        assert row["verdict"] == (
+            "agree" if high <= row["margin"] else "differ" if low > row["margin"] else "unresolved"
+        )

@@ -10,10 +10,16 @@ from dem_reference.grains import LEAST_STEPS_PER_CONTACT
 ASKED = 0.879
 
 
-@pytest.fixture(scope="module", params=[(3e8, 0.19), (5e6, 0.25)], ids=["seed stiffness", "softest and longest step"])
+@pytest.fixture(
+    scope="module",
+    params=[(3e8, 0.19), (5e6, 0.25)],
+    ids=["seed stiffness", "softest and longest step"],
+)
 def pairs(request):
     rows = table(load("cases/column").values, *request.param)
-    allowed = rows[:, COLUMNS.index("steps")] >= LEAST_STEPS_PER_CONTACT  # a run that resolves its impacts less is refused
+    allowed = (
+        rows[:, COLUMNS.index("steps")] >= LEAST_STEPS_PER_CONTACT
+    )  # a run that resolves its impacts less is refused
     assert allowed.sum() >= 9
     return dict(zip(COLUMNS, rows[allowed].T))
 
@@ -50,5 +56,7 @@ def test_shorter_steps_close_the_power_balance():
     """The residual of oblique collisions comes from the step: a quarter of the step leaves at most half of it."""
     case = load("cases/column").values
     residual = COLUMNS.index("power_residual")
-    coarse, fine = (np.abs(table(case, 3e8, fraction)[:, residual]).mean() for fraction in (0.2, 0.05))
+    coarse, fine = (
+        np.abs(table(case, 3e8, fraction)[:, residual]).mean() for fraction in (0.2, 0.05)
+    )
     assert fine < coarse / 2

@@ -12,7 +12,9 @@ GRAINS = Grains(1.0, 1.0, 1e7, 0.3, 0.9, 0.5)
 
 
 def cloud(v, x):
-    return SimpleNamespace(grains=GRAINS, mobile=np.ones(len(x), bool), atoms={"x": x, "v": v}, radial=False)
+    return SimpleNamespace(
+        grains=GRAINS, mobile=np.ones(len(x), bool), atoms={"x": x, "v": v}, radial=False
+    )
 
 
 def test_an_affine_motion_has_none():
@@ -26,7 +28,9 @@ def test_random_motion_on_an_affine_one_is_found_without_bias():
     """3/2 N m T, within three standard errors of a sum of 3 N squares."""
     random, temperature, n = np.random.default_rng(2), 0.25, 20000
     x = random.uniform(0, 60, (n, 3)) * [1, 0.5, 0.05]
-    v = random.normal(0, np.sqrt(temperature), (n, 3)) + x[:, :2] @ np.array([[0.3, -2.0, 0.1], [5.0, -0.3, 0.2]])
+    v = random.normal(0, np.sqrt(temperature), (n, 3)) + x[:, :2] @ np.array(
+        [[0.3, -2.0, 0.1], [5.0, -0.3, 0.2]]
+    )
     expected = 1.5 * n * GRAINS.mass * temperature
     assert fluctuation_energy(cloud(v, x)) == pytest.approx(expected, rel=3 * np.sqrt(2 / (3 * n)))
 

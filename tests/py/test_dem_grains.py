@@ -10,7 +10,10 @@ def seed_grains(young_modulus=3e8):
     return Grains(2e-3, 2532, young_modulus, 0.3, 0.879, 0.5)
 
 
-@pytest.mark.parametrize("young_modulus, rayleigh, contact", [(3e8, 1.59e-5, 83e-6), (3e7, 5.03e-5, 209e-6), (5e6, 1.23e-4, 429e-6)])
+@pytest.mark.parametrize(
+    "young_modulus, rayleigh, contact",
+    [(3e8, 1.59e-5, 83e-6), (3e7, 5.03e-5, 209e-6), (5e6, 1.23e-4, 429e-6)],
+)
 def test_time_scales_are_those_liggghts_prints(young_modulus, rayleigh, contact):
     """Figures of fix check/timestep/gran for these grains, three digits."""
     grains = seed_grains(young_modulus)
@@ -47,7 +50,16 @@ def test_a_step_that_an_impact_outruns_is_refused_with_one_that_does_not():
 
 
 def test_coarser_and_softer_grains_follow_the_case():
-    case = {"grains": {"diameter": 2e-3, "density": 2532.0, "young_modulus": 3e8, "poisson_ratio": 0.3, "restitution": 0.879,
-                       "friction": 0.5}, "dem": {"coarsening": 2.0, "young_modulus": 3e7}}
+    case = {
+        "grains": {
+            "diameter": 2e-3,
+            "density": 2532.0,
+            "young_modulus": 3e8,
+            "poisson_ratio": 0.3,
+            "restitution": 0.879,
+            "friction": 0.5,
+        },
+        "dem": {"coarsening": 2.0, "young_modulus": 3e7},
+    }
     grains = Grains.of(case)
     assert (grains.diameter, grains.young_modulus) == (4e-3, 3e7)

@@ -15,9 +15,13 @@ def sample(lifetimes, contacts):
 
 def test_short_and_enduring_contacts_are_told_apart():
     lifetimes = Lifetimes(interval=1.0, unit=1.0, threshold=2.0)
-    lifetimes.begin(np.array([9]), np.array([8]), np.zeros((1, 2)))  # stands at the release: enduring
+    lifetimes.begin(
+        np.array([9]), np.array([8]), np.zeros((1, 2))
+    )  # stands at the release: enduring
     for k in range(5):
-        contacts = {(8, 9): (0.0, 1.0), (1, 2): (1.0, 0.0)} | ({(3, 4): (10.0, 0.0)} if k < 2 else {})
+        contacts = {(8, 9): (0.0, 1.0), (1, 2): (1.0, 0.0)} | (
+            {(3, 4): (10.0, 0.0)} if k < 2 else {}
+        )
         sample(lifetimes, contacts)
     # 8-9 gave 5 from the first sample on; 1-2 is five units old and gave 5; 3-4 lasted two and stays short
     assert lifetimes.enduring()[1] == pytest.approx(10.0)
@@ -36,7 +40,12 @@ def test_a_pair_is_the_same_pair_in_either_order():
 
 def test_a_contact_that_parts_and_meets_again_is_young_again():
     lifetimes = Lifetimes(1.0, 1.0, 2.0)
-    for contacts in ({(1, 2): (1.0, 0.0)}, {(1, 2): (1.0, 0.0)}, {(3, 4): (0.0, 0.0)}, {(1, 2): (1.0, 0.0)}):
+    for contacts in (
+        {(1, 2): (1.0, 0.0)},
+        {(1, 2): (1.0, 0.0)},
+        {(3, 4): (0.0, 0.0)},
+        {(1, 2): (1.0, 0.0)},
+    ):
         sample(lifetimes, contacts)
     assert lifetimes.enduring()[1] == 0
 

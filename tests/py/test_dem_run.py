@@ -47,8 +47,11 @@ def digest(path: Path) -> str:
     total = hashlib.sha256()
     with h5py.File(path) as file:
         for root in ("data", "energy", "packing"):
-            file[root].visititems(lambda name, item: total.update(name.encode() + item[()].tobytes())
-                                  if isinstance(item, h5py.Dataset) else None)
+            file[root].visititems(
+                lambda name, item: total.update(name.encode() + item[()].tobytes())
+                if isinstance(item, h5py.Dataset)
+                else None
+            )
     return total.hexdigest()
 
 
@@ -64,7 +67,9 @@ def released(energy: dict) -> float:
 def test_the_column_collapses(whole):
     """It spreads by more than half its length and loses potential energy, and no grain is lost."""
     with h5py.File(whole) as file:
-        first, last = (file[f"data/{step}/particles/cloud"] for step in (0, max(map(int, file["data"]))))
+        first, last = (
+            file[f"data/{step}/particles/cloud"] for step in (0, max(map(int, file["data"])))
+        )
         length = load(CASE)["geometry.length"]
         grains = first["kind"][()] == 1
         assert np.quantile(first["position/x"][()][grains], 0.98) < length
@@ -78,8 +83,20 @@ def test_the_column_collapses(whole):
 
 def test_the_file_follows_the_contract(whole):
     with h5py.File(whole) as file:
-        for name in ("openPMD", "engine_version", "commit", "seed", "case", "case_resolved", "command", "threads", "cpu_seconds",
-                     "wall_seconds", "time_scale", "end_reason"):
+        for name in (
+            "openPMD",
+            "engine_version",
+            "commit",
+            "seed",
+            "case",
+            "case_resolved",
+            "command",
+            "threads",
+            "cpu_seconds",
+            "wall_seconds",
+            "time_scale",
+            "end_reason",
+        ):
             assert name in file.attrs, name
         assert file.attrs["case"] == Path(CASE, "case.toml").read_text()
         assert "LIGGGHTS" in file.attrs["engine_version"]
@@ -92,12 +109,17 @@ def test_the_file_follows_the_contract(whole):
                 for axis in "xyz":
                     assert cloud[f"{record}/{axis}"].shape == (n,)
                     assert cloud[f"{record}/{axis}"].attrs["unit"]
-            assert frame["contacts/first"].shape == frame["contacts/force/x"].shape == frame["contacts/dissipation"].shape
+            assert (
+                frame["contacts/first"].shape
+                == frame["contacts/force/x"].shape
+                == frame["contacts/dissipation"].shape
+            )
         rows = {values.shape for values in file["energy"].values()}
         assert len(rows) == 1
         assert all({"unit", "doc"} <= set(values.attrs) for values in file["energy"].values())
         assert file["packing"].attrs["mass"] == pytest.approx(
-            cloud["mass"][()][cloud["kind"][()] == 1].sum(), rel=1e-12)
+            cloud["mass"][()][cloud["kind"][()] == 1].sum(), rel=1e-12
+        )
 
 
 def test_forces_stand_for_the_weight_at_release(whole):
@@ -146,11 +168,18 @@ def test_both_splits_of_the_dissipation_are_complete(whole, audited):
     for path in (whole, audited):
         energy = energies(path)
         pairs = energy["dissipated_normal"] + energy["dissipated_tangential"]
-        assert energy["dissipated_short"] + energy["dissipated_enduring"] == pytest.approx(pairs, abs=1e-12 * released(energy))
-        assert energy["dissipated"] == pytest.approx(pairs + energy["dissipated_wall"], abs=1e-12 * released(energy))
+        assert energy["dissipated_short"] + energy["dissipated_enduring"] == pytest.approx(
+            pairs, abs=1e-12 * released(energy)
+        )
+        assert energy["dissipated"] == pytest.approx(
+            pairs + energy["dissipated_wall"], abs=1e-12 * released(energy)
+        )
         assert energy["dissipated_base"][-1] < pairs[-1]
         with h5py.File(path) as file:
-            classes = file["lifetime/dissipated_normal"][()].sum() + file["lifetime/dissipated_tangential"][()].sum()
+            classes = (
+                file["lifetime/dissipated_normal"][()].sum()
+                + file["lifetime/dissipated_tangential"][()].sum()
+            )
         assert classes == pytest.approx(pairs[-1], rel=1e-9)
 
 
@@ -158,7 +187,10 @@ def test_the_packing_is_what_was_asked_for(whole):
     case = load(CASE)
     with h5py.File(whole) as file:
         made = file["packing"]
-        assert abs(made.attrs["void_ratio"] - case["initial.void_ratio"]) <= case["dem.void_ratio_tolerance"]
+        assert (
+            abs(made.attrs["void_ratio"] - case["initial.void_ratio"])
+            <= case["dem.void_ratio_tolerance"]
+        )
         assert made["profile_mass"][()].sum() == pytest.approx(made.attrs["mass"], rel=1e-9)
         weight = made.attrs["mass"] * case["geometry.gravity"]
         width = case["geometry.length"] * case["geometry.thickness"]
@@ -170,7 +202,10 @@ def test_the_packing_is_what_was_asked_for(whole):
 
 def test_a_seed_gives_the_same_bits_again(whole, tmp_path):
     """From pouring on, in a store of its own."""
-    assert main([CASE, "-o", str(tmp_path / "dem.h5"), "--packings", str(tmp_path / "new"), "--quiet"]) == 0
+    assert (
+        main([CASE, "-o", str(tmp_path / "dem.h5"), "--packings", str(tmp_path / "new"), "--quiet"])
+        == 0
+    )
     with h5py.File(tmp_path / "dem.h5", "a") as file:
         del file["packing/attempts"]
     with h5py.File(whole, "a") as file:
@@ -189,7 +224,17 @@ def test_two_ranks_make_the_same_collapse(tmp_path, store):
     energy = {}
     for ranks in (1, 2):
         path = tmp_path / f"{ranks}.h5"
-        words = ["--driver", "script", "--ranks", str(ranks), "--set", "geometry.floor_length=0.044", "--set", "time.maximum=2", "--quiet"]
+        words = [
+            "--driver",
+            "script",
+            "--ranks",
+            str(ranks),
+            "--set",
+            "geometry.floor_length=0.044",
+            "--set",
+            "time.maximum=2",
+            "--quiet",
+        ]
         assert main([CASE, "-o", str(path), "--packings", str(store), *words]) == 0
         energy[ranks] = energies(path)
         with h5py.File(path) as file:
@@ -204,7 +249,9 @@ def test_two_ranks_make_the_same_collapse(tmp_path, store):
 def test_the_script_runs_the_same_trajectory_bit_for_bit(tmp_path, store, whole):
     paths = {driver: tmp_path / f"{driver}.h5" for driver in ("library", "script")}
     for driver, path in paths.items():
-        assert main([CASE, "-o", str(path), "--packings", str(store), "--driver", driver, *SHORT]) == 0
+        assert (
+            main([CASE, "-o", str(path), "--packings", str(store), "--driver", driver, *SHORT]) == 0
+        )
     with h5py.File(paths["library"]) as ours, h5py.File(paths["script"]) as theirs:
         assert list(ours["data"]) == list(theirs["data"])
         for step in ours["data"]:
@@ -213,12 +260,28 @@ def test_the_script_runs_the_same_trajectory_bit_for_bit(tmp_path, store, whole)
                     name = f"data/{step}/particles/cloud/{record}/{axis}"
                     assert np.array_equal(ours[name][()], theirs[name][()]), name
         for name in ("kinetic", "potential", "rotational"):
-            assert ours[f"energy/{name}"][()] == pytest.approx(theirs[f"energy/{name}"][()], rel=1e-12, abs=1e-20)
+            assert ours[f"energy/{name}"][()] == pytest.approx(
+                theirs[f"energy/{name}"][()], rel=1e-12, abs=1e-20
+            )
 
 
 def test_without_samples_dissipation_comes_as_a_total(tmp_path, store, whole):
     path = tmp_path / "dem.h5"
-    assert main([CASE, "-o", str(path), "--packings", str(store), "--set", "dem.audit_interval=0", *SHORT]) == 0
+    assert (
+        main(
+            [
+                CASE,
+                "-o",
+                str(path),
+                "--packings",
+                str(store),
+                "--set",
+                "dem.audit_interval=0",
+                *SHORT,
+            ]
+        )
+        == 0
+    )
     energy = energies(path)
     assert "dissipated_normal" not in energy and np.isnan(energy["unaccounted"]).all()
     held = sum(energy[name] for name in ("kinetic", "rotational", "potential", "elastic"))
@@ -226,7 +289,16 @@ def test_without_samples_dissipation_comes_as_a_total(tmp_path, store, whole):
 
 
 def test_progress_rises_to_one(capfd, tmp_path, store, whole):
-    words = [CASE, "-o", str(tmp_path / "dem.h5"), "--packings", str(store), "--progress", "--set", "time.maximum=0.3"]
+    words = [
+        CASE,
+        "-o",
+        str(tmp_path / "dem.h5"),
+        "--packings",
+        str(store),
+        "--progress",
+        "--set",
+        "time.maximum=0.3",
+    ]
     assert main(words) == 0
     lines = capfd.readouterr().out.splitlines()
     done = [float(line.split()[1]) for line in lines]
@@ -235,7 +307,12 @@ def test_progress_rises_to_one(capfd, tmp_path, store, whole):
 
 
 def run(*words):
-    return subprocess.run([sys.executable, "-m", "dem_reference.run", CASE, *words], capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [sys.executable, "-m", "dem_reference.run", CASE, *words],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 def test_a_step_above_the_contact_limit_is_bad_input(tmp_path):
@@ -256,7 +333,9 @@ def bad_command(folder, report):
 
 
 def test_the_engines_own_error_line_is_reported(tmp_path):
-    with pytest.raises(EngineError, match="LIGGGHTS: stopped with code 1 .*Unknown command: no_such_command"):
+    with pytest.raises(
+        EngineError, match="LIGGGHTS: stopped with code 1 .*Unknown command: no_such_command"
+    ):
         run_engine(bad_command, (tmp_path,), tmp_path / "log", lambda done, text: None)
 
 
@@ -268,7 +347,18 @@ def test_a_slab_thinner_than_the_grains_is_bad_input(tmp_path):
 
 def by_script_with(path, tmp_path, store, monkeypatch, capfd):
     monkeypatch.setenv("PATH", str(path))
-    code = main([CASE, "-o", str(tmp_path / "dem.h5"), "--packings", str(store), "--driver", "script", *SHORT])
+    code = main(
+        [
+            CASE,
+            "-o",
+            str(tmp_path / "dem.h5"),
+            "--packings",
+            str(store),
+            "--driver",
+            "script",
+            *SHORT,
+        ]
+    )
     left = [found.name for found in tmp_path.iterdir() if found != path]
     return code, capfd.readouterr().err.splitlines(), left
 
@@ -279,10 +369,14 @@ def test_no_engine_on_the_path_ends_with_code_3(tmp_path, store, whole, monkeypa
     assert "not installed" in said[0]
 
 
-def test_a_crashing_engine_ends_with_code_3_and_its_own_words(tmp_path, store, whole, monkeypatch, capfd):
+def test_a_crashing_engine_ends_with_code_3_and_its_own_words(
+    tmp_path, store, whole, monkeypatch, capfd
+):
     folder = tmp_path / "bin"
     folder.mkdir()
-    (folder / "liggghts").write_text("#!/bin/sh\necho 'ERROR on proc 0: Box bounds are invalid'\nexit 1\n")
+    (folder / "liggghts").write_text(
+        "#!/bin/sh\necho 'ERROR on proc 0: Box bounds are invalid'\nexit 1\n"
+    )
     (folder / "liggghts").chmod(0o755)
     (folder / "stdbuf").symlink_to(shutil.which("stdbuf"))
     code, said, left = by_script_with(folder, tmp_path, store, monkeypatch, capfd)

@@ -15,7 +15,12 @@ def write(path, normal, enduring=(0.6, 0.4, 0.3, 0.2), interval=0.9):
     time = np.linspace(0, 1, 11)
     with h5py.File(path, "w") as file:
         file.attrs.update(time_scale=0.5, case_resolved="[dem]\nlifetime_threshold = 2.0\n")
-        for name, end in (("time", 1), ("dissipated_normal", normal), ("dissipated_tangential", 2 - normal), ("dissipated", 2)):
+        for name, end in (
+            ("time", 1),
+            ("dissipated_normal", normal),
+            ("dissipated_tangential", 2 - normal),
+            ("dissipated", 2),
+        ):
             file[f"energy/{name}"] = end * time
         file["energy/potential"] = 5 - 2 * time
         file["lifetime/dissipated_enduring"] = np.outer(time, enduring)
@@ -28,8 +33,12 @@ def test_shares_are_of_the_energy_released(tmp_path):
     found = shares(write(tmp_path / "a.h5", 0.5))
     assert found["time"].iloc[-1] == pytest.approx(2.0)
     last, middle = found.iloc[-1], found.iloc[10]
-    assert [last[name] for name in ("normal", "tangential", "total")] == pytest.approx([0.25, 0.75, 1.0])
-    assert [last[f"short_{k}"] for k in (1, 2, 4, 8)] == pytest.approx([0.7, 0.8, 0.85, 0.9])  # (2 - enduring) / 2
+    assert [last[name] for name in ("normal", "tangential", "total")] == pytest.approx(
+        [0.25, 0.75, 1.0]
+    )
+    assert [last[f"short_{k}"] for k in (1, 2, 4, 8)] == pytest.approx(
+        [0.7, 0.8, 0.85, 0.9]
+    )  # (2 - enduring) / 2
     assert middle["normal"] == pytest.approx(0.125)
 
 
@@ -40,7 +49,9 @@ def test_a_threshold_below_the_sampling_interval_is_left_out(tmp_path):
 
 def test_the_scatter_is_that_of_the_runs(tmp_path):
     found = table([write(tmp_path / "a.h5", 0.4), write(tmp_path / "b.h5", 0.8)]).iloc[-1]
-    assert found["normal"] == pytest.approx(0.3) and found["normal_deviation"] == pytest.approx(0.2 / np.sqrt(2))
+    assert found["normal"] == pytest.approx(0.3) and found["normal_deviation"] == pytest.approx(
+        0.2 / np.sqrt(2)
+    )
     assert found["total_deviation"] == pytest.approx(0.0, abs=1e-15)
 
 
@@ -59,4 +70,6 @@ def test_deviations_are_of_means_and_of_lengths():
     assert rows["run_out_99"].tolist() == pytest.approx([0.0, 10.0])
     assert rows["height_at_wall"].tolist() == pytest.approx([0.0, 20.0])
     scatter = 0.2 / np.sqrt(2)
-    assert rows["height_at_wall_error"].tolist() == pytest.approx([100 * scatter, 100 * scatter * np.sqrt(1.5)])
+    assert rows["height_at_wall_error"].tolist() == pytest.approx(
+        [100 * scatter, 100 * scatter * np.sqrt(1.5)]
+    )

@@ -15,8 +15,15 @@ place = st.floats(-1.5, 1.5)
 def test_the_four_quarters_of_a_cut_sphere_add_up(x, y, a, b):
     """Two planes anywhere cut a sphere into four parts; 24 Gauss points leave 1e-4 of a sphere at the worst (sqrt ends)."""
     centre, far = np.array([[x, y]]), 10.0
-    parts = [clipped_volume(centre, 1.0, np.array(lower), np.array(upper))[0]
-             for lower, upper in (((-far, -far), (a, b)), ((a, -far), (far, b)), ((-far, b), (a, far)), ((a, b), (far, far)))]
+    parts = [
+        clipped_volume(centre, 1.0, np.array(lower), np.array(upper))[0]
+        for lower, upper in (
+            ((-far, -far), (a, b)),
+            ((a, -far), (far, b)),
+            ((-far, b), (a, far)),
+            ((a, b), (far, far)),
+        )
+    ]
     assert sum(parts) == pytest.approx(SPHERE, rel=1e-4)
     assert min(parts) >= -1e-12
 

@@ -26,7 +26,10 @@ def wall_codes(path):
     """Codes of the walls touched, frame by frame."""
     with h5py.File(path) as file:
         steps = sorted(map(int, file["data"]))
-        return [set(np.unique(file[f"data/{step}/contacts/second"][()])) & set(range(-9, 0)) for step in steps]
+        return [
+            set(np.unique(file[f"data/{step}/contacts/second"][()])) & set(range(-9, 0))
+            for step in steps
+        ]
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +39,13 @@ def sudden(tmp_path_factory, store):
 
 @pytest.fixture(scope="module")
 def lifted(tmp_path_factory, store):
-    return run(tmp_path_factory.mktemp("lifted"), store, "time.maximum=2.0", "walls.gate=lifted", "walls.gate_speed=0.4")
+    return run(
+        tmp_path_factory.mktemp("lifted"),
+        store,
+        "time.maximum=2.0",
+        "walls.gate=lifted",
+        "walls.gate_speed=0.4",
+    )
 
 
 def peak(path):
@@ -68,9 +77,19 @@ def test_forces_of_the_gate_and_walls_are_the_engines(which, request):
 def walled(tmp_path_factory):
     """Smooth sides, Coulomb base and Coulomb left wall."""
     folder = tmp_path_factory.mktemp("walled")
-    return run(folder, folder / "store", "walls.front_back=smooth", "walls.base=coulomb", "walls.base_friction=0.4",
-               "walls.left=coulomb", "walls.left_friction=0.3", "time.maximum=2.0", "dem.void_ratio_tolerance=0.2",
-               "dem.packing_friction=0.2", "geometry.floor_length=0.2")
+    return run(
+        folder,
+        folder / "store",
+        "walls.front_back=smooth",
+        "walls.base=coulomb",
+        "walls.base_friction=0.4",
+        "walls.left=coulomb",
+        "walls.left_friction=0.3",
+        "time.maximum=2.0",
+        "dem.void_ratio_tolerance=0.2",
+        "dem.packing_friction=0.2",
+        "geometry.floor_length=0.2",
+    )
 
 
 def test_grains_stay_between_smooth_sides(walled):

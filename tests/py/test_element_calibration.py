@@ -8,9 +8,19 @@ from compare.calibration import NAMES
 from compare.element_model import Card, Model
 from compare.programs import ROOT
 
-TRUTH = {"critical_void_ratio": 0.720, "critical_state_slope": 0.30, "critical_state_form": "two_thirds", "stress_ratio": 0.80,
-         "bulk_stiffness": 90.0, "shear_stiffness": 60.0, "stiffness_exponent": 0.40, "dilatancy": 0.25,
-         "effective_restitution": 0.65, "collision_time_factor": 3.0, "correlation_factor": 2.0}
+TRUTH = {
+    "critical_void_ratio": 0.720,
+    "critical_state_slope": 0.30,
+    "critical_state_form": "two_thirds",
+    "stress_ratio": 0.80,
+    "bulk_stiffness": 90.0,
+    "shear_stiffness": 60.0,
+    "stiffness_exponent": 0.40,
+    "dilatancy": 0.25,
+    "effective_restitution": 0.65,
+    "collision_time_factor": 3.0,
+    "correlation_factor": 2.0,
+}
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +72,11 @@ def test_the_right_card_fits_and_wrong_ones_are_refused(made, fitted):
 
 def test_the_answer_does_not_depend_on_the_start(made, fitted):
     blocks, grains, truth = made
-    other = calibration.minimise(blocks, grains, truth.with_values(stress_ratio=1.1, effective_restitution=0.5, bulk_stiffness=300.0))
+    other = calibration.minimise(
+        blocks,
+        grains,
+        truth.with_values(stress_ratio=1.1, effective_restitution=0.5, bulk_stiffness=300.0),
+    )
     card = calibration.to_card(other.x, truth)
     for name in NAMES:
         assert getattr(card, name) == pytest.approx(getattr(fitted.card, name), rel=1e-2), name

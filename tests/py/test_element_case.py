@@ -8,22 +8,27 @@ from dem_reference.element import campaign, records
 from dem_reference.element.case import ROOT, Case
 
 
-@pytest.mark.parametrize("test", ["shear", "shear/slow.toml", "bumpy_shear", "cooling", "triaxial", "isotropic"])
+@pytest.mark.parametrize(
+    "test", ["shear", "shear/slow.toml", "bumpy_shear", "cooling", "triaxial", "isotropic"]
+)
 def test_every_shipped_case_is_valid_and_names_its_points_apart(test):
     case = Case(ROOT / "cases" / test)
     names = [campaign.name_of(case, point) for point in campaign.points(case)]
     assert len(set(names)) == len(names) > 0
 
 
-@pytest.mark.parametrize(("change", "complaint"), [
-    (("restitution = 0.879", "restitution = 1.5"), "outside 0.06 .. 1"),
-    (("friction = 0.5", "friktion = 0.5"), "Did you mean 'grains.friction'"),
-    (("friction = 0.5", ""), "missing key 'grains.friction'"),
-    (("strain = 10.0", "strain = 'ten'"), "float expected"),
-    (("rates = [", "rates = 20.0 # ["), "list of at least one value"),
-    (('test = "shear"', 'test = "sheer"'), "one of shear, bumpy_shear"),
-    (('test = "shear"', 'test = "cooling"'), "unknown key 'shear."),
-])
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (("restitution = 0.879", "restitution = 1.5"), "outside 0.06 .. 1"),
+        (("friction = 0.5", "friktion = 0.5"), "Did you mean 'grains.friction'"),
+        (("friction = 0.5", ""), "missing key 'grains.friction'"),
+        (("strain = 10.0", "strain = 'ten'"), "float expected"),
+        (("rates = [", "rates = 20.0 # ["), "list of at least one value"),
+        (('test = "shear"', 'test = "sheer"'), "one of shear, bumpy_shear"),
+        (('test = "shear"', 'test = "cooling"'), "unknown key 'shear."),
+    ],
+)
 def test_a_wrong_case_is_refused_in_one_line(tmp_path, change, complaint):
     text = (ROOT / "cases" / "shear" / "case.toml").read_text()
     assert change[0] in text
@@ -38,9 +43,17 @@ def test_records_survive_writing_and_a_campaign_goes_on_where_it_stopped(tmp_pat
     case = Case(tmp_path)
     everything = campaign.missing(case)
     assert everything == campaign.points(case)
-    rows = [point | {"time": 0.125, "status": "failed: why", "commit": "12e4567", "machine": "a, b"} for point in everything[:3]]
+    rows = [
+        point | {"time": 0.125, "status": "failed: why", "commit": "12e4567", "machine": "a, b"}
+        for point in everything[:3]
+    ]
     records.write(campaign.reference_file(case), rows, "command")
     assert records.read(campaign.reference_file(case)) == rows
     assert campaign.missing(case) == everything[3:]  # a failure is data: it is not tried again
     header = campaign.reference_file(case).read_text().splitlines()[:4]
-    assert [line.split(":")[0] for line in header] == ["# command", "# commit", "# machine", "# seeds"]
+    assert [line.split(":")[0] for line in header] == [
+        "# command",
+        "# commit",
+        "# machine",
+        "# seeds",
+    ]

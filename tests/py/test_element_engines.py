@@ -14,15 +14,25 @@ def case(test):
 def test_frictionless_cooling_follows_haff(tmp_path):
     """d(T^-1/2)/dt of a dilute frictionless gas is that of kinetic theory within 10 % (five seeds scatter by 3 %)."""
     this = case("cooling")
-    point = campaign.points(this)[0] | {"friction": 0.0, "solid_fraction": 0.3, "seed": 5, "cooling_times": 3.0, "grains": 400}
+    point = campaign.points(this)[0] | {
+        "friction": 0.0,
+        "solid_fraction": 0.3,
+        "seed": 5,
+        "cooling_times": 3.0,
+        "grains": 400,
+    }
     rows = cooling.run(this.grains, point, tmp_path)
     time = np.array([row["time"] for row in rows])
     inverse = np.array([row["temperature"] for row in rows]) ** -0.5
     assert rows[0]["temperature"] == pytest.approx(point["granular_temperature"], rel=1e-12)
     slope, offset = np.polyfit(time, inverse, 1)
-    theory = cooling.haff_rate(0.3, this.grains.restitution, 0.01, this.grains.diameter) / np.sqrt(0.01)
+    theory = cooling.haff_rate(0.3, this.grains.restitution, 0.01, this.grains.diameter) / np.sqrt(
+        0.01
+    )
     assert slope == pytest.approx(theory, rel=0.10)
-    assert np.abs(slope * time + offset - inverse).max() < 0.05 * inverse.max()  # a straight line, as Haff has it
+    assert (
+        np.abs(slope * time + offset - inverse).max() < 0.05 * inverse.max()
+    )  # a straight line, as Haff has it
     # the control: elastic grains would not cool, grains of e = 0.7 cool more than twice as fast
     assert theory < 0.6 * cooling.haff_rate(0.3, 0.7, 0.01, this.grains.diameter) / np.sqrt(0.01)
 
@@ -30,35 +40,63 @@ def test_frictionless_cooling_follows_haff(tmp_path):
 def test_a_shear_point_reproduces_the_reference(tmp_path):
     """A seed the reference does not hold falls into its scatter: 4 standard deviations of one run (p = 6e-5 for a Gaussian)."""
     this = case("shear")
-    known = [row for row in records.read(campaign.reference_file(this))
-             if (row["solid_fraction"], row["shear_rate"]) == (0.5, 500.0)]
+    known = [
+        row
+        for row in records.read(campaign.reference_file(this))
+        if (row["solid_fraction"], row["shear_rate"]) == (0.5, 500.0)
+    ]
     point = campaign.points(this)[0] | {"solid_fraction": 0.5, "shear_rate": 500.0, "seed": 7}
     measured = shear.run(this.grains, point, tmp_path)
     for name in shear.MEASURED:
         mean = np.mean([row[name] for row in known])
         one_run = np.sqrt(np.mean([row[f"{name}_error"] ** 2 for row in known]))
         assert abs(measured[name] - mean) < 4 * one_run * np.sqrt(1 + 1 / len(known)), name
-    other = np.mean([row["pressure"] for row in records.read(campaign.reference_file(this))
-                     if (row["solid_fraction"], row["shear_rate"]) == (0.4, 500.0)])
-    assert abs(measured["pressure"] - other) > 20 * measured["pressure_error"]  # a neighbouring void ratio is told apart
+    other = np.mean(
+        [
+            row["pressure"]
+            for row in records.read(campaign.reference_file(this))
+            if (row["solid_fraction"], row["shear_rate"]) == (0.4, 500.0)
+        ]
+    )
+    assert (
+        abs(measured["pressure"] - other) > 20 * measured["pressure_error"]
+    )  # a neighbouring void ratio is told apart
 
 
 def test_the_servo_holds_the_lateral_stress(tmp_path):
     this = case("triaxial")
-    point = campaign.points(this)[0] | {"pressure": 50e3, "preparation_friction": 0.0, "grains": 150, "axial_strain": 0.1,
-                                        "samples": 10, "inertial_number": 2e-3}
+    point = campaign.points(this)[0] | {
+        "pressure": 50e3,
+        "preparation_friction": 0.0,
+        "grains": 150,
+        "axial_strain": 0.1,
+        "samples": 10,
+        "inertial_number": 2e-3,
+    }
     rows = triaxial.run(this.grains, point, tmp_path)
     assert rows[-1]["axial_strain"] == pytest.approx(0.1, rel=0.15)
     # Each stress drop of 150 grains takes a tenth, so the mean after the start is held to; proportional control is 27 % off.
     assert np.mean([row["lateral_stress"] for row in rows[5:]]) == pytest.approx(50e3, rel=0.05)
-    ratio = [3 * (row["axial_stress"] - row["lateral_stress"]) / (row["axial_stress"] + 2 * row["lateral_stress"]) for row in rows]
+    ratio = [
+        3
+        * (row["axial_stress"] - row["lateral_stress"])
+        / (row["axial_stress"] + 2 * row["lateral_stress"])
+        for row in rows
+    ]
     assert abs(ratio[0]) < 0.2 and max(ratio) > 0.7  # from isotropic to sheared
-    assert rows[-1]["void_ratio"] > rows[0]["void_ratio"]  # the frictionless preparation is dense: it dilates
+    assert (
+        rows[-1]["void_ratio"] > rows[0]["void_ratio"]
+    )  # the frictionless preparation is dense: it dilates
 
 
 def test_an_engine_that_stops_says_why(tmp_path):
     this = case("shear")
-    point = campaign.points(this)[0] | {"shear_rate": 500.0, "grains": 50, "strain": 1.0, "strain_discarded": 0.9}
+    point = campaign.points(this)[0] | {
+        "shear_rate": 500.0,
+        "grains": 50,
+        "strain": 1.0,
+        "strain_discarded": 0.9,
+    }
     with pytest.raises(EngineError, match="no steady state was averaged"):
         shear.run(this.grains, point, tmp_path)
     rows = campaign.run_point(this, point)

@@ -16,14 +16,18 @@ from dem_reference.element.case import Case
 
 def reference(test):
     case = Case(ROOT / "cases" / test)
-    return case, [row for row in records.read(campaign.reference_file(case)) if row["status"] == "measured"]
+    return case, [
+        row for row in records.read(campaign.reference_file(case)) if row["status"] == "measured"
+    ]
 
 
 @pytest.mark.parametrize("test", calibration.TESTS)
 def test_every_test_is_drawn_and_judged(test, tmp_path):
     case, rows = reference(test)
     models = {name: Model(Card.read(name), case.grains) for name in ("seed_table1", "dem_mu05")}
-    files = importlib.import_module(f"compare.charts.element.{test}").draw(rows, models, tmp_path / test)
+    files = importlib.import_module(f"compare.charts.element.{test}").draw(
+        rows, models, tmp_path / test
+    )
     assert sorted(file.suffix for file in files) == [".png", ".svg"]
     assert all(file.stat().st_size > 10_000 for file in files)
     assert len(list(tmp_path.iterdir())) == 2  # nothing half-written beside them
@@ -36,9 +40,15 @@ def test_every_test_is_drawn_and_judged(test, tmp_path):
 def test_a_verdict_tells_a_right_law_from_a_wrong_one():
     case, rows = reference("shear")
     model = Model(Card.read("seed_table1"), case.grains)
-    blocks = [replace(block, measured=block.predict(model)) for block in calibration.shear_blocks(rows, lambda seeds: seeds)]
+    blocks = [
+        replace(block, measured=block.predict(model))
+        for block in calibration.shear_blocks(rows, lambda seeds: seeds)
+    ]
     wrong = Model(model.card.with_values(effective_restitution=0.9), case.grains)
-    right, refused = ([line for line in verdicts(table(blocks, {"card": law})) if "temperature" in line][0] for law in (model, wrong))
+    right, refused = (
+        [line for line in verdicts(table(blocks, {"card": law})) if "temperature" in line][0]
+        for law in (model, wrong)
+    )
     assert ": agrees (" in right and ": disagrees (" in refused
 
 
@@ -53,7 +63,19 @@ def test_the_two_engines_agree_on_what_is_local():
 
 
 def test_the_command_measures_a_small_point_and_reports(tmp_path, capsys):
-    assert cli.main(["element", str(ROOT / "cases" / "cooling"), "--quick", "--closed-form", "--out", str(tmp_path)]) == 0
+    assert (
+        cli.main(
+            [
+                "element",
+                str(ROOT / "cases" / "cooling"),
+                "--quick",
+                "--closed-form",
+                "--out",
+                str(tmp_path),
+            ]
+        )
+        == 0
+    )
     report = json.loads((tmp_path / "errors.json").read_text())
     assert report["errors"] and len(report["verdicts"]) == 2
     assert report["verdicts"][0] in capsys.readouterr().out
@@ -69,7 +91,9 @@ def test_bad_input_is_one_line(tmp_path, capsys):
 def test_a_card_needs_every_test(tmp_path, capsys):
     for test in calibration.TESTS:
         (tmp_path / test).mkdir()
-        (tmp_path / test / "case.toml").write_text((ROOT / "cases" / test / "case.toml").read_text())
+        (tmp_path / test / "case.toml").write_text(
+            (ROOT / "cases" / test / "case.toml").read_text()
+        )
     assert cli.main(["calibrate", "--cases", str(tmp_path), "--out", str(tmp_path)]) == 2
     assert "no measured point" in capsys.readouterr().err
     assert not list(tmp_path.glob("*.toml"))

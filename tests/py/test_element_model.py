@@ -51,7 +51,9 @@ def test_simple_shear_on_the_cone_is_isochoric_pure_shear():
         eta = np.array([[c, t, 0], [t, c, 0], [0, 0, -2 * c]])
         flow = eta - eta @ eta + np.trace(eta @ eta) / 3 * np.eye(3)
         assert np.diag(flow) == pytest.approx(0, abs=1e-14)
-        assert np.trace(eta @ eta) / 2 - np.trace(eta @ eta @ eta) / 3 == pytest.approx(m**2 / 3 - 2 * m**3 / 27, rel=1e-12)
+        assert np.trace(eta @ eta) / 2 - np.trace(eta @ eta @ eta) / 3 == pytest.approx(
+            m**2 / 3 - 2 * m**3 / 27, rel=1e-12
+        )
 
 
 def test_triaxial_elastic_strain_integrates_the_hyperelastic_tangent(model):
@@ -64,7 +66,10 @@ def test_triaxial_elastic_strain_integrates_the_hyperelastic_tangent(model):
         P2 = p**2 + k * (1 - n) * q**2 / (3 * g)
         B = pa * (np.sqrt(P2) / pa) ** n
         coupling = n * k * B * p * q / P2
-        tangent = [[k * B * (1 - n + n * p**2 / P2), coupling], [coupling, 3 * g * B + n * k * B * q**2 / P2]]
+        tangent = [
+            [k * B * (1 - n + n * p**2 / P2), coupling],
+            [coupling, 3 * g * B + n * k * B * q**2 / P2],
+        ]
         volume, shear = np.linalg.solve(tangent, [1 / 3, 1.0])
         return [shear + volume / 3, volume]
 
@@ -75,5 +80,7 @@ def test_triaxial_elastic_strain_integrates_the_hyperelastic_tangent(model):
 def test_triaxial_ends_at_the_critical_state_from_both_sides(model):
     for void_ratio in (0.60, 0.78):
         end = model.triaxial(void_ratio, 2e4, np.array([3.0]))
-        assert end["void_ratio"][0] == pytest.approx(float(model.critical_void_ratio(end["pressure"][0])), abs=1e-3)
+        assert end["void_ratio"][0] == pytest.approx(
+            float(model.critical_void_ratio(end["pressure"][0])), abs=1e-3
+        )
         assert end["deviator"][0] / end["pressure"][0] == pytest.approx(0.9, rel=1e-12)

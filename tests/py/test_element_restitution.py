@@ -65,25 +65,47 @@ def realised(engine, script, grains, entered, folder):
     """Separation speed over approach speed of a head-on collision."""
     dt = grains.time_step(0.05)
     steps = round(4e-4 / (SPEED / 0.1) / dt) + round(2e-3 / dt)
-    text = (script + COLLIDE).format(d=grains.diameter, rho=grains.density, E=grains.young_modulus, nu=grains.poisson_ratio,
-                                     mu=grains.friction, entered=entered, v=SPEED, dt=dt, steps=steps,
-                                     format='"%.17g"' if engine == "liggghts" else "float %.17g")
+    text = (script + COLLIDE).format(
+        d=grains.diameter,
+        rho=grains.density,
+        E=grains.young_modulus,
+        nu=grains.poisson_ratio,
+        mu=grains.friction,
+        entered=entered,
+        v=SPEED,
+        dt=dt,
+        steps=steps,
+        format='"%.17g"' if engine == "liggghts" else "float %.17g",
+    )
     (folder / "in.txt").write_text(text)
-    subprocess.run([engine, "-in", "in.txt", "-log", "log.txt"], cwd=folder, check=True, capture_output=True)
-    first, second = np.array([line.split()[0] for line in (folder / "end.txt").read_text().splitlines()[-2:]], dtype=float)
+    subprocess.run(
+        [engine, "-in", "in.txt", "-log", "log.txt"], cwd=folder, check=True, capture_output=True
+    )
+    first, second = np.array(
+        [line.split()[0] for line in (folder / "end.txt").read_text().splitlines()[-2:]],
+        dtype=float,
+    )
     return abs(second - first) / (2 * SPEED)
 
 
 def test_both_engines_realise_the_restitution_asked(grains, tmp_path):
-    ours = realised("lmp", LAMMPS, grains, lammps.restitution_to_enter(grains.restitution), tmp_path)
+    ours = realised(
+        "lmp", LAMMPS, grains, lammps.restitution_to_enter(grains.restitution), tmp_path
+    )
     theirs = realised("liggghts", LIGGGHTS, grains, grains.restitution, tmp_path)
-    assert ours == pytest.approx(0.879, rel=1e-3)  # the damping law's own error, seen in both, is 3e-5
-    assert ours == pytest.approx(theirs, abs=1e-9)  # same law, same integrator: only round-off apart
+    assert ours == pytest.approx(
+        0.879, rel=1e-3
+    )  # the damping law's own error, seen in both, is 3e-5
+    assert ours == pytest.approx(
+        theirs, abs=1e-9
+    )  # same law, same integrator: only round-off apart
 
 
 def test_lammps_without_the_inversion_is_too_elastic(grains, tmp_path):
     """The control: entering 0.879 as it is must miss by much more than the tolerance above."""
-    assert realised("lmp", LAMMPS, grains, grains.restitution, tmp_path) == pytest.approx(0.9127, abs=2e-3)
+    assert realised("lmp", LAMMPS, grains, grains.restitution, tmp_path) == pytest.approx(
+        0.9127, abs=2e-3
+    )
 
 
 @pytest.mark.parametrize("restitution", [0.3, 0.5, 0.7, 0.95])

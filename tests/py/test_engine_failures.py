@@ -11,14 +11,29 @@ import pytest
 
 from compare.programs import ROOT
 
-RUN = [sys.executable, "-m", "compare.cli", "run", str(ROOT / "cases" / "column_ci"), "--quiet", "--out", "result"]
+RUN = [
+    sys.executable,
+    "-m",
+    "compare.cli",
+    "run",
+    str(ROOT / "cases" / "column_ci"),
+    "--quiet",
+    "--out",
+    "result",
+]
 
 
 def start(folder: Path, **environment) -> subprocess.Popen:
     # A shell's background jobs ignore SIGINT, and so would what they start.
-    return subprocess.Popen(RUN, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-                            env=os.environ | {"PYTHONPATH": str(ROOT)} | environment)
+    return subprocess.Popen(
+        RUN,
+        cwd=folder,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
+    )
 
 
 def failed_cleanly(run: subprocess.Popen, folder: Path) -> str:
@@ -85,7 +100,10 @@ def test_an_engine_that_dies_is_reported_with_its_last_words(tmp_path, ending):
     assert line.startswith(f"LIGGGHTS: stopped with code -{ending.value} (")
 
 
-@pytest.mark.parametrize("ending, code, words", [(signal.SIGINT, 130, "grainpair: interrupted\n"), (signal.SIGTERM, 143, "")])
+@pytest.mark.parametrize(
+    "ending, code, words",
+    [(signal.SIGINT, 130, "grainpair: interrupted\n"), (signal.SIGTERM, 143, "")],
+)
 def test_an_interrupted_run_ends_its_engines_and_leaves_nothing(tmp_path, ending, code, words):
     run = start(tmp_path)
     engines = wait_for_engines(run)

@@ -48,15 +48,23 @@ def test_a_failure_ends_the_other_engine_and_what_it_started(tmp_path):
     alive = tmp_path / "alive"
     start = time.monotonic()
     with pytest.raises(EngineError, match="^gone$"):
-        run_stages([shell(f"(sleep 3; touch {alive}) & wait", "long"), shell("sleep 0.2; echo gone >&2; exit 3")],
-                   together=True, quiet=True)
+        run_stages(
+            [
+                shell(f"(sleep 3; touch {alive}) & wait", "long"),
+                shell("sleep 0.2; echo gone >&2; exit 3"),
+            ],
+            together=True,
+            quiet=True,
+        )
     assert time.monotonic() - start < 2
     time.sleep(3.2 - (time.monotonic() - start))
     assert not alive.exists()
 
 
 def test_much_output_blocks_nobody():
-    run_stages([shell("yes progress 0.5 x | head -n 50000; yes warning | head -n 50000 >&2")], quiet=True)
+    run_stages(
+        [shell("yes progress 0.5 x | head -n 50000; yes warning | head -n 50000 >&2")], quiet=True
+    )
 
 
 def test_plain_lines_say_the_time_left(monkeypatch, capsys):

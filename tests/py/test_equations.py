@@ -5,7 +5,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = (ROOT / "mpm" / "EQUATIONS.md").read_text()
-SOURCES = [file for pattern in ("mpm/**/*.hpp", "mpm/**/*.cpp") for file in sorted(ROOT.glob(pattern))]
+SOURCES = [
+    file for pattern in ("mpm/**/*.hpp", "mpm/**/*.cpp") for file in sorted(ROOT.glob(pattern))
+]
 
 
 def cited(pattern: str) -> set[str]:

@@ -17,7 +17,9 @@ LAUNCHER = ROOT / "grainpair"
 
 
 def launch(*words, **options) -> subprocess.CompletedProcess:
-    return subprocess.run([LAUNCHER, *words], capture_output=True, text=True, timeout=600, **options)  # it may have to build
+    return subprocess.run(
+        [LAUNCHER, *words], capture_output=True, text=True, timeout=600, **options
+    )  # it may have to build
 
 
 def test_help_lists_every_command():
@@ -34,7 +36,13 @@ def test_unknown_command_is_bad_input():
 def test_it_works_from_any_folder_and_through_a_link(tmp_path):
     link = tmp_path / "grainpair"
     link.symlink_to(LAUNCHER)
-    result = subprocess.run([link, "describe", "walls.gate_speed"], capture_output=True, text=True, cwd=tmp_path, timeout=120)
+    result = subprocess.run(
+        [link, "describe", "walls.gate_speed"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        timeout=120,
+    )
     assert result.stdout.startswith("walls.gate_speed") and result.returncode == 0
 
 
@@ -44,9 +52,12 @@ def test_set_up_costs_little_when_nothing_is_to_be_done():
     def processor_time():
         used = resource.getrusage(resource.RUSAGE_CHILDREN)
         return used.ru_utime + used.ru_stime
+
     before = processor_time()
     launch("describe", "title")
-    assert processor_time() - before < 0.6  # [s] 0.2 on an idle machine, more where the cores are shared
+    assert (
+        processor_time() - before < 0.6
+    )  # [s] 0.2 on an idle machine, more where the cores are shared
 
 
 def test_missing_packages_are_named_with_the_command_that_installs_them():
@@ -54,12 +65,16 @@ def test_missing_packages_are_named_with_the_command_that_installs_them():
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o755)
         copy = Path(shutil.copy(LAUNCHER, folder))
-        (Path(folder) / "packages.txt").write_text("# needed\nbash\nno-such-package  # for a reason\nnor-such\n")
+        (Path(folder) / "packages.txt").write_text(
+            "# needed\nbash\nno-such-package  # for a reason\nnor-such\n"
+        )
         user = {"user": "nobody"} if os.getuid() == 0 else {}
         result = subprocess.run([copy, "run"], capture_output=True, text=True, timeout=60, **user)
     assert result.returncode == 3
-    assert result.stderr == ("grainpair: packages are missing. Install them with: "
-                             "sudo apt-get install --no-install-recommends no-such-package nor-such\n")
+    assert result.stderr == (
+        "grainpair: packages are missing. Install them with: "
+        "sudo apt-get install --no-install-recommends no-such-package nor-such\n"
+    )
 
 
 def test_cases_are_found_by_name_folder_and_file(tmp_path, monkeypatch):
@@ -73,10 +88,20 @@ def test_cases_are_found_by_name_folder_and_file(tmp_path, monkeypatch):
 
 
 def test_verdict_is_five_lines_with_both_engines_and_their_difference():
-    names = ["run_out", "final_height", "kinetic_energy_peak_time", "dissipated_energy", "cpu_seconds"]
-    metrics = {name: {"mpm": 1.1, "dem": 1.0, "relative_difference": 0.1, "unit": "L0"} for name in names}
+    names = [
+        "run_out",
+        "final_height",
+        "kinetic_energy_peak_time",
+        "dissipated_energy",
+        "cpu_seconds",
+    ]
+    metrics = {
+        name: {"mpm": 1.1, "dem": 1.0, "relative_difference": 0.1, "unit": "L0"} for name in names
+    }
     metrics["run_out"]["verdict"] = "within margin"
-    metrics["final_height"]["mpm"] = metrics["final_height"]["relative_difference"] = None  # a result without a number
+    metrics["final_height"]["mpm"] = metrics["final_height"][
+        "relative_difference"
+    ] = None  # a result without a number
     header, *lines = verdict(metrics).splitlines()
     assert header.split() == ["MPM", "DEM", "MPM/DEM", "-", "1"]
     assert len(lines) == 5
@@ -84,7 +109,9 @@ def test_verdict_is_five_lines_with_both_engines_and_their_difference():
     assert lines[1].split()[-3:] == ["-", "1", "-"]
 
 
-@pytest.mark.parametrize("word, start", [("geometry.height", "geometry.height "), ("column_ci", "title = ")])
+@pytest.mark.parametrize(
+    "word, start", [("geometry.height", "geometry.height "), ("column_ci", "title = ")]
+)
 def test_describe_knows_keys_and_cases(word, start):
     assert launch("describe", word).stdout.startswith(start)
 

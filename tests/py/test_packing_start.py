@@ -33,17 +33,39 @@ def packing(tmp_path):
 
 def mpm_run(tmp_path, *words):
     out = tmp_path / "mpm.h5"
-    done = subprocess.run([str(word) for word in (program("mpm_run"), "cases/column_ci", "-o", out, "--set", "time.maximum=0.01",
-                                                  "--set", "material.law=linear_elastic",  # stress of points, not of cells:
-                                                  "--set", "mpm.volumetric_averaging=none", *words)], capture_output=True, text=True)
+    done = subprocess.run(
+        [
+            str(word)
+            for word in (
+                program("mpm_run"),
+                "cases/column_ci",
+                "-o",
+                out,
+                "--set",
+                "time.maximum=0.01",
+                "--set",
+                "material.law=linear_elastic",  # stress of points, not of cells:
+                "--set",
+                "mpm.volumetric_averaging=none",
+                *words,
+            )
+        ],
+        capture_output=True,
+        text=True,
+    )
     return done, out
 
 
 def start(path):
     with h5py.File(path) as f:
         cloud = f["data/0/particles/cloud"]
-        return {"x": cloud["position/x"][:], "y": cloud["position/y"][:], "mass": cloud["mass"][:], "e": cloud["void_ratio"][:],
-                **{c: cloud[f"stress/{c}"][:] for c in ("xx", "yy", "xy")}}
+        return {
+            "x": cloud["position/x"][:],
+            "y": cloud["position/y"][:],
+            "mass": cloud["mass"][:],
+            "e": cloud["void_ratio"][:],
+            **{c: cloud[f"stress/{c}"][:] for c in ("xx", "yy", "xy")},
+        }
 
 
 def test_points_take_mass_void_ratio_and_stress(tmp_path, packing):
@@ -54,7 +76,9 @@ def test_points_take_mass_void_ratio_and_stress(tmp_path, packing):
     with h5py.File(path) as f:
         assert points["mass"].sum() == pytest.approx(f["packing/profile_mass"][:].sum(), rel=1e-14)
     i, j = ((points[c] / (SIDE / CELLS)).astype(int) for c in "xy")
-    np.testing.assert_allclose(points["e"], void_ratio[i, j], rtol=1e-6)  # stored in single precision
+    np.testing.assert_allclose(
+        points["e"], void_ratio[i, j], rtol=1e-6
+    )  # stored in single precision
     # linear between the centres of the cells, constant beyond: exact for a linear profile inside
     inside = (points["y"] > 0.5 * SIDE / CELLS) & (points["y"] < SIDE - 0.5 * SIDE / CELLS)
     expected = 1400 * 9.81 * (SIDE - points["y"][inside])
@@ -65,17 +89,55 @@ def test_points_take_mass_void_ratio_and_stress(tmp_path, packing):
 def test_nominal_start_differs(tmp_path, packing):
     done, out = mpm_run(tmp_path)
     assert done.returncode == 0, done.stderr
-    np.testing.assert_allclose(start(out)["e"], 0.71, rtol=1e-6)  # the negative control: the case's void ratio everywhere
+    np.testing.assert_allclose(
+        start(out)["e"], 0.71, rtol=1e-6
+    )  # the negative control: the case's void ratio everywhere
 
 
-@pytest.mark.parametrize("words, line", [
-    (["--set", "initial.state=packing"], "initial.state: no packing"),
-    (["--packing", "PACKING"], "initial.state is nominal"),
-    (["--set", "initial.state=packing", "--packing", "README.md"], "README.md: no settled packing"),
-    (["--set", "initial.state=packing", "--packing", "PACKING", "--set", "geometry.dimension=axisymmetric"], "axisymmetric"),
-    (["--set", "initial.state=packing", "--packing", "PACKING", "--set", "geometry.height=0.03"], "geometry.height = 0.03 (the packing"),
-    (["--set", "initial.state=packing", "--packing", "PACKING", "--set", "geometry.thickness=0.01"], "geometry.thickness = 0.01 (the packing"),
-])
+@pytest.mark.parametrize(
+    "words, line",
+    [
+        (["--set", "initial.state=packing"], "initial.state: no packing"),
+        (["--packing", "PACKING"], "initial.state is nominal"),
+        (
+            ["--set", "initial.state=packing", "--packing", "README.md"],
+            "README.md: no settled packing",
+        ),
+        (
+            [
+                "--set",
+                "initial.state=packing",
+                "--packing",
+                "PACKING",
+                "--set",
+                "geometry.dimension=axisymmetric",
+            ],
+            "axisymmetric",
+        ),
+        (
+            [
+                "--set",
+                "initial.state=packing",
+                "--packing",
+                "PACKING",
+                "--set",
+                "geometry.height=0.03",
+            ],
+            "geometry.height = 0.03 (the packing",
+        ),
+        (
+            [
+                "--set",
+                "initial.state=packing",
+                "--packing",
+                "PACKING",
+                "--set",
+                "geometry.thickness=0.01",
+            ],
+            "geometry.thickness = 0.01 (the packing",
+        ),
+    ],
+)
 def test_what_does_not_fit_is_refused(tmp_path, packing, words, line):
     done, out = mpm_run(tmp_path, *(packing[0] if word == "PACKING" else word for word in words))
     assert done.returncode == 2 and not out.exists()

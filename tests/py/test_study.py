@@ -16,19 +16,41 @@ from compare.metrics import all_metrics
 from compare.programs import ROOT
 from compare.reductions import example_run
 from compare.runs import Cloud, Run
-from compare.study import atlas, boundary, convergence, failure, figures, frontier, ladder, recipe, signature, sweep
+from compare.study import (
+    atlas,
+    boundary,
+    convergence,
+    failure,
+    figures,
+    frontier,
+    ladder,
+    recipe,
+    signature,
+    sweep,
+)
 
 CI = ROOT / "cases" / "column_ci"
 
 
 def launch(*words) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-m", "compare.cli", *map(str, words)], cwd=ROOT, capture_output=True, text=True, timeout=900)
+    return subprocess.run(
+        [sys.executable, "-m", "compare.cli", *map(str, words)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=900,
+    )
 
 
 def made_of(x, kinetic=(0.0, 1.0, 0.0)):
     """A signature of points at x, with the given kinetic energy at 0, 1, 2 sqrt(H/g)."""
-    energy = {"time": [0.0, 1.0, 2.0], "kinetic": kinetic, "potential": [2.0, 1.5, 1.0], "dissipated": [0.0, 0.5, 1.0],
-              "unaccounted": [0.0, 0.0, 0.0]}
+    energy = {
+        "time": [0.0, 1.0, 2.0],
+        "kinetic": kinetic,
+        "potential": [2.0, 1.5, 1.0],
+        "dissipated": [0.0, 0.5, 1.0],
+        "unaccounted": [0.0, 0.0, 0.0],
+    }
     places = np.zeros((1, len(x), 3))
     places[0, :, 0] = x
     run = example_run(x=places, energy=energy)
@@ -38,37 +60,58 @@ def made_of(x, kinetic=(0.0, 1.0, 0.0)):
 
 def test_a_signature_gives_the_metrics_of_its_run():
     random = np.random.default_rng(1)
-    (a, run), (b, other) = (made_of(random.gamma(3.0, size=5000), kinetic=(0.0, peak, 0.0)) for peak in (1.0, 2.0))
+    (a, run), (b, other) = (
+        made_of(random.gamma(3.0, size=5000), kinetic=(0.0, peak, 0.0)) for peak in (1.0, 2.0)
+    )
     for name in ("run_out", "wasserstein_x", "kinetic_energy_distance"):
         metric = all_metrics()[name]
         runs, copies = [run, other], [signature.expand(one, run.case) for one in (a, b)]
-        exact, kept = (metric(*group) if metric.of_pair else metric(group[0]) for group in (runs, copies))
-        assert kept == pytest.approx(exact, abs=2e-3 * 3.0)  # of the mean x, 3: a tenth of the mean distance of two quantiles
+        exact, kept = (
+            metric(*group) if metric.of_pair else metric(group[0]) for group in (runs, copies)
+        )
+        assert kept == pytest.approx(
+            exact, abs=2e-3 * 3.0
+        )  # of the mean x, 3: a tenth of the mean distance of two quantiles
 
 
 def test_the_mean_of_an_ensemble_lies_halfway():
-    (a, run), (b, _) = made_of(np.linspace(0.0, 1.0, 100)), made_of(np.linspace(1.0, 2.0, 100), kinetic=(0.0, 3.0, 0.0))
+    (a, run), (b, _) = made_of(np.linspace(0.0, 1.0, 100)), made_of(
+        np.linspace(1.0, 2.0, 100), kinetic=(0.0, 3.0, 0.0)
+    )
     middle = signature.mean([a, b], run.case)
     assert signature.errors(a, middle, run.case)["deposit"] == pytest.approx(0.5, rel=1e-3)
     assert max(middle["kinetic"]) == pytest.approx(2.0)
 
 
 def test_series_are_every_combination_and_recipes_are_told_apart_by_what_the_engine_reads():
-    series = {"name": "s", "engine": "mpm", "set": {"a.b": 1}, "vary": {"c.d": [0.5, 1e-3], "e.f": ["x", True]}}
+    series = {
+        "name": "s",
+        "engine": "mpm",
+        "set": {"a.b": 1},
+        "vary": {"c.d": [0.5, 1e-3], "e.f": ["x", True]},
+    }
     sets = [one.sets for one in recipe.expand(series, 10.0)]
-    assert sets == [("a.b=1", "c.d=0.5", "e.f=x"), ("a.b=1", "c.d=0.5", "e.f=true"), ("a.b=1", "c.d=0.001", "e.f=x"),
-                    ("a.b=1", "c.d=0.001", "e.f=true")]
+    assert sets == [
+        ("a.b=1", "c.d=0.5", "e.f=x"),
+        ("a.b=1", "c.d=0.5", "e.f=true"),
+        ("a.b=1", "c.d=0.001", "e.f=x"),
+        ("a.b=1", "c.d=0.001", "e.f=true"),
+    ]
     plain, changed = case.load(CI), case.load(CI, ["dem.audit_interval=7"])
     assert recipe.Recipe("mpm").key(plain) == recipe.Recipe("mpm").key(changed)
     assert recipe.Recipe("dem").key(plain) != recipe.Recipe("dem").key(changed)
 
 
 def test_the_front_holds_what_nothing_beats_in_both():
-    assert frontier.front(np.array([1.0, 2.0, 3.0, 4.0]), np.array([0.5, 0.6, 0.2, 0.2])).tolist() == [0, 2]
+    assert frontier.front(
+        np.array([1.0, 2.0, 3.0, 4.0]), np.array([0.5, 0.6, 0.2, 0.2])
+    ).tolist() == [0, 2]
 
 
 def test_a_boundary_is_bracketed_and_its_absence_said():
-    runs, good, bad = boundary.bisect(lambda value: {"status": "ok" if value < 2.0 else "energy growth"}, 0.5, 8.0, 1.1)
+    runs, good, bad = boundary.bisect(
+        lambda value: {"status": "ok" if value < 2.0 else "energy growth"}, 0.5, 8.0, 1.1
+    )
     assert good < 2.0 <= bad and bad / good <= 1.1 and len(runs) == 7
     assert boundary.bisect(lambda value: {"status": "ok"}, 1.0, 4.0)[1:] == (4.0, math.inf)
     assert math.isnan(boundary.bisect(lambda value: {"status": "timeout"}, 1.0, 4.0)[1])
@@ -79,8 +122,12 @@ def test_a_ladder_stops_where_two_rungs_in_a_row_agree():
 
     def stop(words):
         words = iter(words)
-        return ladder.climb(rungs, lambda group: [{"status": "ok"}] * len(group),
-                            lambda point: verdict.Verdict(next(words), 0.0, 0.0, 0.0))[1]
+        return ladder.climb(
+            rungs,
+            lambda group: [{"status": "ok"}] * len(group),
+            lambda point: verdict.Verdict(next(words), 0.0, 0.0, 0.0),
+        )[1]
+
     no, yes = verdict.DIFFER, verdict.AGREE
     assert stop([no, yes, no, yes, yes, yes]) == 3  # the lone agreement below was luck
     assert stop([no] * 5 + [yes]) == 5
@@ -88,7 +135,9 @@ def test_a_ladder_stops_where_two_rungs_in_a_row_agree():
 
 
 def test_every_detector_of_the_solver_has_its_class():
-    words = (ROOT / "mpm" / "watch.hpp").read_text() + (ROOT / "mpm" / "solver_stages.hpp").read_text()
+    words = (ROOT / "mpm" / "watch.hpp").read_text() + (
+        ROOT / "mpm" / "solver_stages.hpp"
+    ).read_text()
     for name, lines in failure.CLASSES[:4]:
         assert any(line in words or line.split()[-1] in words for line in lines), name
     assert failure.classify("case: point 3: left the grid at (1, 2, 3) m") == "ejected points"
@@ -98,11 +147,18 @@ def test_every_detector_of_the_solver_has_its_class():
 def test_a_failed_run_is_a_point_and_a_finished_one_is_not_run_again(tmp_path):
     class Options:
         jobs, profile = 1, None
+
     scene = case.load(CI)
-    recipes = [recipe.Recipe("mpm", ("mpm.time_step_fraction=5", "mpm.cell_size=0.005"), "test"),
-               recipe.Recipe("mpm", ("mpm.cell_size=0.005", "time.maximum=0.5"), "test", timeout=30.0)]
+    recipes = [
+        recipe.Recipe("mpm", ("mpm.time_step_fraction=5", "mpm.cell_size=0.005"), "test"),
+        recipe.Recipe("mpm", ("mpm.cell_size=0.005", "time.maximum=0.5"), "test", timeout=30.0),
+    ]
     points = sweep.run_recipes(scene, recipes, Options)
-    assert points[0]["status"] in ("energy growth", "energy drift", "ejected points", "inverted volume") and points[0]["message"]
+    assert (
+        points[0]["status"]
+        in ("energy growth", "energy drift", "ejected points", "inverted volume")
+        and points[0]["message"]
+    )
     assert points[1]["status"] == "ok"
     kept = sweep.ROOT / "runs" / "studies" / "points" / f"{points[1]['key']}.json"
     before = kept.stat().st_mtime_ns
@@ -110,12 +166,15 @@ def test_a_failed_run_is_a_point_and_a_finished_one_is_not_run_again(tmp_path):
     assert kept.stat().st_mtime_ns == before
 
 
-@pytest.mark.parametrize("words, said", [
-    (["frontier", CI, "--ensemble", "/nowhere"], "no run <seed>.h5"),
-    (["frontier", "cases/shear"], ""),
-    (["ladder", CI, "--tolerance", "200%"], "not a share"),
-    (["ladder", CI, "--reference", ROOT / "README.md"], "not a reference"),
-])
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["frontier", CI, "--ensemble", "/nowhere"], "no run <seed>.h5"),
+        (["frontier", "cases/shear"], ""),
+        (["ladder", CI, "--tolerance", "200%"], "not a share"),
+        (["ladder", CI, "--reference", ROOT / "README.md"], "not a reference"),
+    ],
+)
 def test_bad_input_is_one_line(words, said):
     result = launch(*words)
     assert result.returncode == 2 and result.stderr.count("\n") == 1 and said in result.stderr
@@ -124,7 +183,9 @@ def test_bad_input_is_one_line(words, said):
 @pytest.fixture(scope="module")
 def small_frontier(tmp_path_factory):
     out = tmp_path_factory.mktemp("frontier")
-    result = launch("frontier", "column_ci", "--reference", CI / "reference" / "grains.json", "--out", out)
+    result = launch(
+        "frontier", "column_ci", "--reference", CI / "reference" / "grains.json", "--out", out
+    )
     assert result.returncode == 0, result.stderr
     return out, pd.read_csv(out / "points.csv", comment="#")
 
@@ -135,7 +196,9 @@ def test_the_frontier_of_the_smallest_column_says_what_it_said(small_frontier):
     _, points = small_frontier
     grains = json.loads((CI / "reference" / "grains.json").read_text())
     plain = points[points["series"] == "law and cell size"].set_index(["law", "cell_size"])
-    simple, dear, default = (plain.loc[key] for key in (("mu_i", 0.004), ("lade_duncan", 0.004), ("lade_duncan", 0.002)))
+    simple, dear, default = (
+        plain.loc[key] for key in (("mu_i", 0.004), ("lade_duncan", 0.004), ("lade_duncan", 0.002))
+    )
     pic = points[points["transfer"] == "pic"].iloc[0]
     assert simple["error_deposit"] < dear["error_deposit"] + frontier.band(grains, "deposit")
     assert simple["cost"] < dear["cost"] and simple["cost"] < frontier.grain_cost(grains) / 4.0
@@ -146,16 +209,28 @@ def test_the_frontier_of_the_smallest_column_says_what_it_said(small_frontier):
 def test_each_point_of_the_page_tells_its_recipe_and_command(small_frontier):
     out, points = small_frontier
     page = (out / "frontier.html").read_text()
-    assert all(command in page for command in points["command"]) and page.count("<title>MPM, ") >= len(points)
-    assert "<script" not in page and "src=" not in page and (out / "frontier_deposit.png").stat().st_size > 10_000
+    assert all(command in page for command in points["command"]) and page.count(
+        "<title>MPM, "
+    ) >= len(points)
+    assert (
+        "<script" not in page
+        and "src=" not in page
+        and (out / "frontier_deposit.png").stat().st_size > 10_000
+    )
 
 
 def test_named_failures_are_detected_and_absent_at_the_defaults():
     """Those that take a second; the whole table is in cases/column_ci/reference/atlas."""
+
     class Options:
         jobs, profile = 2, None
+
     scene = case.load(CI)
-    quick = [one for one in recipe.study(scene, "atlas")["failure"] if one["name"] in ("FLIP noise", "volumetric locking", "step beyond the limit")]
+    quick = [
+        one
+        for one in recipe.study(scene, "atlas")["failure"]
+        if one["name"] in ("FLIP noise", "volumetric locking", "step beyond the limit")
+    ]
     pairs = [atlas.recipes_of(one, 60.0) for one in quick]
     points = sweep.run_recipes(scene, [one for pair in pairs for one in pair], Options)
     table = atlas.failure_table(quick, list(zip(points[::2], points[1::2])), scene)
@@ -165,31 +240,75 @@ def test_named_failures_are_detected_and_absent_at_the_defaults():
 def test_the_claimed_limit_and_twice_the_default_step_are_stable():
     """One row of the map: if the boundary came to lie below either, the atlas would say the opposite of what it says."""
     plane = recipe.study(case.load(CI), "atlas")["plane"][0] | {"values": [0.004]}
-    (_, task), = atlas.rows_of(plane, 60.0)
+    ((_, task),) = atlas.rows_of(plane, 60.0)
     classify = boundary.runs_of(Path(CI), task)
     assert classify(1.0)["status"] == "ok" and classify(5.0)["status"] != "ok"
 
 
 def test_the_ladder_of_the_smallest_column_stops_on_a_cheap_rung(tmp_path):
-    result = launch("ladder", "column_ci", "--tolerance", "15%", "--reference", CI / "reference" / "grains.json", "--out", tmp_path)
+    result = launch(
+        "ladder",
+        "column_ci",
+        "--tolerance",
+        "15%",
+        "--reference",
+        CI / "reference" / "grains.json",
+        "--out",
+        tmp_path,
+    )
     assert result.returncode == 0, result.stderr
     rungs = pd.read_csv(tmp_path / "ladder.csv", comment="#")
-    assert rungs["enough"].sum() == 1 and rungs["enough"].idxmax() < 4 and "times cheaper" in result.stdout
+    assert (
+        rungs["enough"].sum() == 1
+        and rungs["enough"].idxmax() < 4
+        and "times cheaper" in result.stdout
+    )
 
 
 def test_a_change_is_judged_against_the_scatter_of_its_group():
-    study = {"timeout": 1.0, "at_most": {"loss": 0.1}, "group": [{"name": "g", "runs": 3, "change": [
-        {"name": "same", "limits": {"run_out": 0.05}}, {"name": "longer", "limits": {"run_out": 0.05}}, {"name": "rougher", "limits": {"run_out": 0.05}}]}]}
+    study = {
+        "timeout": 1.0,
+        "at_most": {"loss": 0.1},
+        "group": [
+            {
+                "name": "g",
+                "runs": 3,
+                "change": [
+                    {"name": "same", "limits": {"run_out": 0.05}},
+                    {"name": "longer", "limits": {"run_out": 0.05}},
+                    {"name": "rougher", "limits": {"run_out": 0.05}},
+                ],
+            }
+        ],
+    }
     settings = convergence.plan(study)
     assert [len(setting["recipes"]) for setting in settings] == [3] * 4
-    assert {one.seed for one in settings[0]["recipes"]} == {1, 2, 3} and settings[0]["recipes"][0]["mpm.jitter"] == "1e-10"
+    assert {one.seed for one in settings[0]["recipes"]} == {1, 2, 3} and settings[0]["recipes"][0][
+        "mpm.jitter"
+    ] == "1e-10"
     run_outs = [[2.00, 2.01, 1.99], [2.01, 2.00, 2.02], [2.30, 2.29, 2.31], [1.7, 2.0, 2.3]]
-    found = [[{"run_out": value, "loss": 0.2 if setting["name"] == "longer" else 0.05, "solver": "abc"} for value in values]
-             for setting, values in zip(settings, run_outs)]
+    found = [
+        [
+            {
+                "run_out": value,
+                "loss": 0.2 if setting["name"] == "longer" else 0.05,
+                "solver": "abc",
+            }
+            for value in values
+        ]
+        for setting, values in zip(settings, run_outs)
+    ]
     table = convergence.table(settings, found).set_index(["setting", "figure"])
-    assert list(table["verdict"].xs("run_out", level="figure")[1:]) == ["agree", "differ", "unresolved"]
+    assert list(table["verdict"].xs("run_out", level="figure")[1:]) == [
+        "agree",
+        "differ",
+        "unresolved",
+    ]
     assert table["change"]["longer", "run_out"] == pytest.approx(0.15)
-    assert table["verdict"]["longer", "loss"] == convergence.MORE and table["verdict"]["same", "loss"] == convergence.LESS
+    assert (
+        table["verdict"]["longer", "loss"] == convergence.MORE
+        and table["verdict"]["same", "loss"] == convergence.LESS
+    )
 
 
 def test_roughness_is_that_of_an_alternating_pressure_of_which_nodes_feel_little():
@@ -220,5 +339,8 @@ def test_halving_the_step_changes_nothing_and_pic_everything(tmp_path):
     table = pd.read_csv(tmp_path / "convergence.csv", comment="#").set_index(["setting", "figure"])
     assert table["verdict"]["steps half as long", "run_out_99"] != verdict.DIFFER
     assert table["verdict"]["PIC", "run_out_99"] == verdict.DIFFER
-    assert table["verdict"]["as it is", "loss"] == convergence.LESS and table["verdict"]["PIC", "loss"] == convergence.MORE
+    assert (
+        table["verdict"]["as it is", "loss"] == convergence.LESS
+        and table["verdict"]["PIC", "loss"] == convergence.MORE
+    )
     assert (tmp_path / "convergence.png").stat().st_size > 10_000

@@ -12,6 +12,8 @@ def budget(run, narrow):
     bottom, top = stack(ax, run, accounts, columns=2 if narrow else 3)
     ax.set_ylim(1.03 * bottom, 1.03 * top)
     numerical = sum(a.values[-1] for a in accounts if a.kind == "numerical")
-    return figure, ("What the released energy has become, account on account: held (blue), dissipated (orange), and the numerical losses as bands of "
-                    f"their own (grey), {100 * np.round(numerical, 4) + 0.0:.1f} % at the end. Every share is over the potential energy released until "
-                    "the end; an account below zero is drawn below the axis.")
+    return figure, (
+        "What the released energy has become, account on account: held (blue), dissipated (orange), and the numerical losses as bands of "
+        f"their own (grey), {100 * np.round(numerical, 4) + 0.0:.1f} % at the end. Every share is over the potential energy released until "
+        "the end; an account below zero is drawn below the axis."
+    )

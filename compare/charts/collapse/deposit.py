@@ -16,7 +16,13 @@ FIFTHS = ListedColormap(["#26292e", "#1f5fa8", "#7fb2e5", "#f0b429", "#c8321b"])
 def deposit(run, narrow):
     far, top = reach(run)
     inches = (NARROW if narrow else 0.72 * WIDE) - 0.6
-    figure, axes = plt.subplots(2, 1, figsize=(inches + 0.6, 2.0 * (inches * top / far + 0.6)), layout="constrained", sharex=True)
+    figure, axes = plt.subplots(
+        2,
+        1,
+        figsize=(inches + 0.6, 2.0 * (inches * top / far + 0.6)),
+        layout="constrained",
+        sharex=True,
+    )
     frames = [0, *instants(run)]
     x = run.fields.grid.x / run.length
     for frame, colour in zip(frames, colormaps["viridis"](np.linspace(0.0, 0.85, len(frames)))):
@@ -32,6 +38,8 @@ def deposit(run, narrow):
     axes[1].set_xlabel("$x/L_0$")
     still = "is at rest" if run.attributes.get("end_reason") == "rest" else "has not come to rest"
     width = 1000.0 * run.fields.values.file.attrs["width"]
-    return figure, (f"Beyond the paper, which stops before the deposit: at {run.tau()[-1]:.2f} √(H/g) the mass {still}. Run-out "
-                    f"{run_out(run):.3f} L0 (99.5 % of the mass), height {final_height(run):.3f} L0: of the free surface, where the solid fraction falls below half the bulk's, mapped with a kernel as "
-                    f"wide as a cell ({width:.1f} mm), so that points drawn apart leave no gaps.")
+    return figure, (
+        f"Beyond the paper, which stops before the deposit: at {run.tau()[-1]:.2f} √(H/g) the mass {still}. Run-out "
+        f"{run_out(run):.3f} L0 (99.5 % of the mass), height {final_height(run):.3f} L0: of the free surface, where the solid fraction falls below half the bulk's, mapped with a kernel as "
+        f"wide as a cell ({width:.1f} mm), so that points drawn apart leave no gaps."
+    )

@@ -12,10 +12,12 @@ CARD_LINES = ("--", "-", ":", "-.")
 
 def styled(draw):
     """Lets `draw` run in the project's figure style."""
+
     @wraps(draw)
     def drawn(*arguments):
         with plt.rc_context(STYLE):
             return draw(*arguments)
+
     return drawn
 
 
@@ -32,7 +34,9 @@ def line_styles(models: dict) -> dict:
 def card_legend(axes, models: dict, dem: str = "DEM") -> None:
     """A legend that tells DEM markers from the cards' lines."""
     handles = [plt.Line2D([], [], color="0.3", linestyle="none", marker="o", markersize=4)]
-    handles += [plt.Line2D([], [], color="0.3", linestyle=style) for style in line_styles(models).values()]
+    handles += [
+        plt.Line2D([], [], color="0.3", linestyle=style) for style in line_styles(models).values()
+    ]
     axes.add_artist(axes.legend(handles, [dem, *models], loc="best", fontsize=8))
 
 
@@ -41,8 +45,12 @@ def save(figure, path: Path) -> list[Path]:
     path.parent.mkdir(parents=True, exist_ok=True)
     files = []
     for ending in ("png", "svg"):
-        part, file = path.with_name(f".{path.name}.{ending}"), path.with_name(f"{path.name}.{ending}")
-        figure.savefig(part, format=ending, dpi=150, metadata={"Date": None} if ending == "svg" else None)
+        part, file = path.with_name(f".{path.name}.{ending}"), path.with_name(
+            f"{path.name}.{ending}"
+        )
+        figure.savefig(
+            part, format=ending, dpi=150, metadata={"Date": None} if ending == "svg" else None
+        )
         os.replace(part, file)
         files.append(file)
     plt.close(figure)

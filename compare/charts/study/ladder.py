@@ -19,10 +19,26 @@ def draw(tried: list[dict], stop: int | None, metric: str, tolerance: float, pat
                 continue
             found, gid = one["verdict"], f"{path.stem}-{i}"
             colour = COLOUR[one["recipe"].engine]
-            ax.errorbar(found.difference, i, xerr=found.half_width, fmt="none", ecolor=colour, lw=1.2)
-            ax.plot(found.difference, i, "o", color=colour, ms=9 if i == stop else 5.5, mec=INK if i == stop else colour, gid=gid)
-            tips[gid] = f"{one['rung']}: {one['word']}, {found.difference:.2%} ± {found.half_width:.2%}"
+            ax.errorbar(
+                found.difference, i, xerr=found.half_width, fmt="none", ecolor=colour, lw=1.2
+            )
+            ax.plot(
+                found.difference,
+                i,
+                "o",
+                color=colour,
+                ms=9 if i == stop else 5.5,
+                mec=INK if i == stop else colour,
+                gid=gid,
+            )
+            tips[
+                gid
+            ] = f"{one['rung']}: {one['word']}, {found.difference:.2%} ± {found.half_width:.2%}"
         ax.set_yticks(range(len(tried)), [one["rung"] for one in tried])
-        ax.set(xlabel=f"error from the grains' mean: {metric}", xlim=(0.0, None), ylim=(-0.5, len(tried) - 0.5))
+        ax.set(
+            xlabel=f"error from the grains' mean: {metric}",
+            xlim=(0.0, None),
+            ylim=(-0.5, len(tried) - 0.5),
+        )
         ax.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g} %")
         return save(figure, path, tips)
