@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
-from compare.charts import STYLE
+from compare.report.charts import STYLE
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 SERIES = {  # label -> table, the first of each being what the others are measured against

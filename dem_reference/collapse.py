@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.errors import EngineError
+from cases.errors import EngineError
 
 from . import scene
 from .audit import Audit, without_split

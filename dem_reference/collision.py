@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.case import load
-from compare.errors import CaseError, EngineError
+from cases.case import load
+from cases.errors import CaseError, EngineError
 
 from . import scene
 from .contacts import Snapshot, dot

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pandas as pd
 
-from compare.case import parse
+from cases.case import parse
 
 from .ensemble import save
 from .summary import scalars

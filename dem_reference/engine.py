@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.errors import EngineError
+from cases.errors import EngineError
 
 
 LIBRARY = "libliggghts.so.3"

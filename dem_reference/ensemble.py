@@ -20,9 +20,9 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from compare import files
-from compare.case import load
-from compare.errors import CaseError, EngineError
+from cases import files
+from cases.case import load
+from cases.errors import CaseError, EngineError
 
 from .output import commit
 from .summary import SCALARS, scalars

@@ -12,7 +12,7 @@ delta, normal n from second to first, v_n = relative velocity along n, v_t the s
 from dataclasses import dataclass
 from math import log, pi, sqrt
 
-from compare.errors import CaseError
+from cases.errors import CaseError
 
 
 # Fewest steps that a head-on collision at sqrt(2 g H), the fastest there is, must last. The restitution realised is then

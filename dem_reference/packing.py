@@ -26,7 +26,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from compare.errors import EngineError
+from cases.errors import EngineError
 
 from . import scene
 from .contacts import Snapshot

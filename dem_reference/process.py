@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from compare.errors import CaseError, EngineError
+from cases.errors import CaseError, EngineError
 
 
 def _child(pipe, work: Callable, arguments: tuple, errors: Path) -> None:

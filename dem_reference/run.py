@@ -15,8 +15,8 @@ from pathlib import Path
 
 import h5py
 
-from compare.case import Case, load
-from compare.errors import CaseError, EngineError
+from cases.case import Case, load
+from cases.errors import CaseError, EngineError
 
 from . import packing
 from .collapse import Plan, collapse

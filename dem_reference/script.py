@@ -15,7 +15,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from compare.errors import CaseError, EngineError
+from cases.errors import CaseError, EngineError
 
 from . import scene
 from .audit import without_split

@@ -16,8 +16,8 @@ import h5py
 import numpy as np
 import pandas as pd
 
-from compare.case import parse
-from compare.errors import EngineError
+from cases.case import parse
+from cases.errors import EngineError
 
 from . import scene
 from .collapse import Plan

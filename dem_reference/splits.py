@@ -18,9 +18,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
-from compare.case import parse
-from compare.charts import STYLE
-from compare.errors import CaseError
+from cases.case import parse
+from compare.report.charts import STYLE
+from cases.errors import CaseError
 
 from .ensemble import save
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from compare.case import parse
+from cases.case import parse
 
 # name -> unit; energies are relative to the potential energy released, times to sqrt(H/g), lengths to L0 or H
 SCALARS = {

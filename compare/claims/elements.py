@@ -5,10 +5,10 @@ from functools import cache
 
 import numpy as np
 
-from compare import calibration
+from compare.element import calibration
 from compare.commands.claims import ROOT
-from compare.element_errors import table
-from compare.element_model import Card, Model
+from compare.element.deviations import table
+from compare.element.model import Card, Model
 
 
 @cache

@@ -6,7 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from compare.case import load
+from cases.case import load
 from dem_reference.collision import COLUMNS, table
 from dem_reference.grains import Grains
 from dem_reference.run import main

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from compare import case
+from cases import case
 from compare.commands.claims import ROOT
 from compare.study import atlas, boundary, frontier, point, recipe, signature
 

@@ -13,8 +13,8 @@ import h5py
 import matplotlib
 import numpy as np
 
-from compare.errors import EngineError
-from compare.programs import ROOT, program
+from cases.errors import EngineError
+from cases.programs import ROOT, program
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402

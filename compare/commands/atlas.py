@@ -1,14 +1,14 @@
 """The stability map of a case: where each method fails, against the limit it claims, and the failures known by name.
 
 The table [atlas] of cases/<case>/study.toml holds the planes, the named failures and the trends. In each row of a plane the
-boundary is found by bisection; detectors in the solver (mpm/watch.hpp) tell how a run failed. Written to --out:
+boundary is found by bisection; detectors in the solver (mpm/step/watch.hpp) tell how a run failed. Written to --out:
 boundaries.csv, failures.csv, trends.csv, atlas.html and figures.
 """
 
 import sys
 from pathlib import Path
 
-from compare import case
+from cases import case
 from compare.commands.run import find_case, name_of
 from compare.study import atlas, page, provenance, recipe, sweep
 
@@ -23,7 +23,7 @@ def arguments(parser):
 
 
 def run(options) -> int:
-    from compare.charts.study import atlas as chart  # matplotlib takes its time to load
+    from compare.study.charts import atlas as chart  # matplotlib takes its time to load
 
     scene = case.load(find_case(options.case))
     study = recipe.study(scene, "atlas")

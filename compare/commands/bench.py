@@ -1,14 +1,14 @@
 """Speed of the continuum's step, its stages, its laws, the mapping and the output, as a fraction of what this machine can do.
 
 Everything is timed in one run, in processor time: point-steps per second of one core, beside the same figure of bare
-kernels (mpm/bare_kernels.hpp), the bandwidth of a triad and the rate of multiply-adds. Compare ratios, not seconds. Of two
+kernels (mpm/bench/bare_kernels.hpp), the bandwidth of a triad and the rate of multiply-adds. Compare ratios, not seconds. Of two
 threads also how many times faster they are than one, on the clock. With --quick each figure is the best of three.
 """
 import json
 import subprocess
 
-from compare.errors import EngineError
-from compare.programs import program
+from cases.errors import EngineError
+from cases.programs import program
 
 QUICK = "points:14400/|triad|multiply_add"
 

@@ -6,11 +6,11 @@ uncertainty of every constant, beside a table that shows it next to the seed's T
 
 from pathlib import Path
 
-from compare import calibration
-from compare.calibration import NAMES, Fit
+from compare.element import calibration
+from compare.element.calibration import NAMES, Fit
 from compare.commands.element import write
-from compare.element_model import Card
-from compare.programs import ROOT
+from compare.element.model import Card
+from cases.programs import ROOT
 from dem_reference.output import commit
 
 SYMBOLS = {

@@ -7,8 +7,8 @@ import sys
 import tomllib
 from functools import cache
 
-from compare.errors import CaseError
-from compare.programs import ROOT
+from cases.errors import CaseError
+from cases.programs import ROOT
 
 CLAIMS = ROOT / "cases" / "claims"
 RELATIONS = {
@@ -99,7 +99,7 @@ def metrics(name: str) -> dict:
     """metrics.json of a fresh run of a case."""
     out = ROOT / "runs" / "claims" / name
     subprocess.run(
-        [sys.executable, "-m", "compare.cli", "run", name, "--out", out, "--quiet"],
+        [sys.executable, "-m", "compare", "run", name, "--out", out, "--quiet"],
         check=True,
         stdout=subprocess.DEVNULL,
     )

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from compare import case, collapse
+from cases import case
+from compare.report import collapse
 from compare.commands.run import find_case, name_of
-from compare.engines import Stage, run_stages
-from compare.errors import CaseError
-from compare.files import write_table
-from compare.programs import ROOT, program
-from compare.runs import open_run
+from cases.stages import Stage, run_stages
+from cases.errors import CaseError
+from cases.files import write_table
+from cases.programs import ROOT, program
+from compare.mapping.runs import open_run
 
 
 def arguments(parser):

@@ -8,9 +8,14 @@ LIGGGHTS or LAMMPS dumps instead, of a scene that --case describes.
 import sys
 from pathlib import Path
 
-from compare import case, comparison, controls, dumps, report, verdict_table
-from compare.errors import CaseError
-from compare.runs import open_run
+from cases import case
+from compare.verdict import comparison
+from compare.verdict import controls
+from compare.mapping import dumps
+from compare.report import report
+from compare.verdict import verdict_table
+from cases.errors import CaseError
+from compare.mapping.runs import open_run
 
 WIDTHS = (0.25, 0.35, 0.5, 0.6, 0.75, 0.9, 1.0, 1.25, 1.5, 2.0)
 

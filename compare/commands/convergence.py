@@ -7,7 +7,7 @@ The settings stand in the table [convergence] of cases/<case>/study.toml. Every 
 import sys
 from pathlib import Path
 
-from compare import case
+from cases import case
 from compare.commands.run import find_case, name_of
 from compare.study import convergence, provenance, recipe, sweep
 
@@ -22,7 +22,7 @@ def arguments(parser):
 
 
 def run(options) -> int:
-    from compare.charts.study import convergence as chart  # matplotlib takes its time to load
+    from compare.study.charts import convergence as chart  # matplotlib takes its time to load
 
     scene = case.load(find_case(options.case))
     settings = convergence.plan(recipe.study(scene, "convergence"))

@@ -5,9 +5,9 @@ WORD is the start of a key (`grains`, `mpm.transfer`; all keys by default), or a
 
 import subprocess
 
-from compare import case
+from cases import case
 from compare.commands.run import find_case
-from compare.programs import program
+from cases.programs import program
 
 
 def arguments(parser):

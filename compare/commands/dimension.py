@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from compare import case
+from cases import case
 from compare.commands.run import find_case
-from compare.engines import Stage, run_stages
-from compare.programs import program
-from compare.runs import open_run
+from cases.stages import Stage, run_stages
+from cases.programs import program
+from compare.mapping.runs import open_run
 from compare.study import provenance
 from compare.study.figures import JITTER, figures
 

@@ -5,7 +5,7 @@ import platform
 import shutil
 import subprocess
 
-from compare.programs import ROOT, program
+from cases.programs import ROOT, program
 
 MEMORY = 2.0  # [GiB] a build of two files at a time needs about this much
 DISK = 1.0  # [GiB] the build folder and a few runs

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from compare import calibration
-from compare import element_cross_check as cross_check
-from compare.element_errors import table, verdicts
-from compare.element_model import Card, Model
-from compare.element_point import PointModel
-from compare.errors import CaseError, EngineError
-from compare.programs import ROOT
+from compare.element import calibration
+from compare.element import cross_check
+from compare.element.deviations import table, verdicts
+from compare.element.model import Card, Model
+from compare.element.point import PointModel
+from cases.errors import CaseError, EngineError
+from cases.programs import ROOT
 from dem_reference.element import campaign, records
 from dem_reference.element.case import Case
 
@@ -87,7 +87,7 @@ def run(options) -> int:
         sentences += cross_check.sentences(
             [row for row in walls if row["status"] == "measured"], measured, case.grains.density
         )
-    files = importlib.import_module(f"compare.charts.element.{case.test}").draw(
+    files = importlib.import_module(f"compare.element.charts.{case.test}").draw(
         measured, models, out / case.test
     )
     write(out / "errors.csv", lambda file: write_csv(file, errors))

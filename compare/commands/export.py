@@ -6,8 +6,8 @@ their times.
 
 from pathlib import Path
 
-from compare import vtk
-from compare.errors import CaseError
+from compare.report import vtk
+from cases.errors import CaseError
 
 
 def arguments(parser):

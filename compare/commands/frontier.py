@@ -8,7 +8,7 @@ grains.json (the grains' mean and scatter), figures, and frontier.html, where ea
 import sys
 from pathlib import Path
 
-from compare import case
+from cases import case
 from compare.commands.run import find_case, name_of
 from compare.study import frontier, page, provenance, recipe, reference, sweep
 from compare.study.signature import WORDS
@@ -26,7 +26,7 @@ def arguments(parser):
 
 
 def run(options) -> int:
-    from compare.charts.study import frontier as chart  # matplotlib takes its time to load
+    from compare.study.charts import frontier as chart  # matplotlib takes its time to load
 
     scene = case.load(find_case(options.case))
     study = recipe.study(scene, "frontier")

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from compare import case
+from cases import case
 from compare.commands.run import find_case, name_of
-from compare.errors import CaseError
+from cases.errors import CaseError
 from compare.study import ladder, page, provenance, reference, sweep
 from compare.study.signature import WORDS, cost
 
@@ -45,7 +45,7 @@ def arguments(parser):
 
 
 def run(options) -> int:
-    from compare.charts.study import ladder as chart  # matplotlib takes its time to load
+    from compare.study.charts import ladder as chart  # matplotlib takes its time to load
 
     if not 0.0 < options.tolerance < 1.0:
         raise CaseError(

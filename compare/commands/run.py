@@ -12,10 +12,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from compare import case
-from compare.engines import Stage, run_stages
-from compare.errors import CaseError
-from compare.programs import ROOT, program
+from cases import case
+from cases.stages import Stage, run_stages
+from cases.errors import CaseError
+from cases.programs import ROOT, program
 
 # What an earlier run may have left in the folder.
 OURS = ["mpm.h5", "dem.h5", "dem_[0-9]*.h5", "fields.h5", "metrics.json", "report.html", "figures"]

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from xml.etree import ElementTree
 
-from compare.programs import ROOT, program
+from cases.programs import ROOT, program
 
 
 def arguments(parser):

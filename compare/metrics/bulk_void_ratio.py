@@ -1,7 +1,7 @@
 import numpy as np
 
 from compare.metrics import metric
-from compare.reductions import bulk_solid_fraction, example_run
+from compare.mapping.reductions import bulk_solid_fraction, example_run
 
 
 @metric(unit="-", source="mapped solid fraction")

@@ -1,5 +1,5 @@
 from compare.metrics import metric
-from compare.reductions import example_run, surface
+from compare.mapping.reductions import example_run, surface
 
 
 @metric(unit="A0", source="free-surface profiles, as Lagree et al. compare them", of_pair=True)

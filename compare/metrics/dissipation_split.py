@@ -1,5 +1,5 @@
 from compare.metrics import metric
-from compare.reductions import example_run
+from compare.mapping.reductions import example_run
 
 
 @metric(

@@ -1,7 +1,7 @@
 import numpy as np
 
 from compare.metrics import metric
-from compare.reductions import example_run
+from compare.mapping.reductions import example_run
 
 
 @metric(unit="kg", source="coarse-grained density")

@@ -1,7 +1,7 @@
 import numpy as np
 
 from compare.metrics import metric
-from compare.reductions import common_frames, dense_in_both, example_run, stress
+from compare.mapping.reductions import common_frames, dense_in_both, example_run, stress
 
 
 @metric(unit="-", source="mass-weighted mean in a mask", of_pair=True)

@@ -1,7 +1,7 @@
 import numpy as np
 
 from compare.metrics import metric
-from compare.reductions import bulk_solid_fraction, example_run, stress
+from compare.mapping.reductions import bulk_solid_fraction, example_run, stress
 
 BELOW_SURFACE = 3  # cells of the map: nearer to the surface the kernel reaches into the air
 CUBIC = [(i, j) for i in range(4) for j in range(4 - i)]

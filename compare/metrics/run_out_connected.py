@@ -1,7 +1,7 @@
 import numpy as np
 
 from compare.metrics import metric
-from compare.reductions import example_run, main_mass
+from compare.mapping.reductions import example_run, main_mass
 
 
 @metric(

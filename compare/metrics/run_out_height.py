@@ -1,5 +1,5 @@
 from compare.metrics import metric
-from compare.reductions import equivalent_height, example_run, last_above
+from compare.mapping.reductions import equivalent_height, example_run, last_above
 
 
 @metric(unit="L0", source="last x where the deposit is a grain deep")

@@ -1,7 +1,7 @@
 import numpy as np
 
 from compare.metrics import metric
-from compare.reductions import crossing_time, example_run, front
+from compare.mapping.reductions import crossing_time, example_run, front
 
 
 @metric(unit="sqrt(H/g)", source="front x_99.5 of the frames, linear in between")

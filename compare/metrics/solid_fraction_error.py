@@ -1,7 +1,7 @@
 import numpy as np
 
 from compare.metrics import metric
-from compare.reductions import common_frames, example_run
+from compare.mapping.reductions import common_frames, example_run
 
 
 @metric(

@@ -1,7 +1,7 @@
 import numpy as np
 
 from compare.metrics import metric
-from compare.reductions import example_run, masked_error, stress
+from compare.mapping.reductions import example_run, masked_error, stress
 
 
 @metric(unit="-", source="mass-weighted relative L2 norm in a mask", of_pair=True)

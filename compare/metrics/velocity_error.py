@@ -1,5 +1,5 @@
 from compare.metrics import metric
-from compare.reductions import example_run, masked_error
+from compare.mapping.reductions import example_run, masked_error
 
 
 @metric(unit="-", source="mass-weighted relative L2 norm in a mask", of_pair=True)

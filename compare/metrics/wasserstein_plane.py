@@ -2,7 +2,7 @@ import numpy as np
 from scipy.stats import wasserstein_distance
 
 from compare.metrics import metric
-from compare.reductions import example_run
+from compare.mapping.reductions import example_run
 
 DIRECTIONS = 32
 

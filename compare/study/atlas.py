@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from compare.case import Case
+from cases.case import Case
 from compare.study import impact
 from compare.study.recipe import Recipe, assignment, engine_digest
 from compare.study.signature import expand

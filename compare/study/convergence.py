@@ -15,12 +15,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from compare.engines import Stage, run_stages
-from compare.runs import open_run
+from cases.stages import Stage, run_stages
+from compare.mapping.runs import open_run
 from compare.study import job
 from compare.study.figures import JITTER, figures
 from compare.study.recipe import Recipe, assignment
-from compare.verdict import equivalence
+from compare.verdict.equivalence import equivalence
 
 BASE = "as it is"
 LESS, MORE = "within limit", "beyond limit"

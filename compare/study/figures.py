@@ -5,8 +5,8 @@ import numpy as np
 from compare.metrics.kinetic_energy_peak import kinetic_energy_peak
 from compare.metrics.kinetic_energy_peak_time import kinetic_energy_peak_time
 from compare.metrics.pressure_roughness import CUBIC
-from compare.reductions import mass_quantile
-from compare.runs import Run
+from compare.mapping.reductions import mass_quantile
+from compare.mapping.runs import Run
 
 JITTER = 1e-10  # point spacings that a perturbed run's points are displaced by
 ACCOUNTS = (

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pandas as pd
 
-from compare.case import Case
+from cases.case import Case
 from compare.study.recipe import Recipe
 from compare.study.signature import WORDS, cost, errors
 

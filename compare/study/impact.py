@@ -3,8 +3,8 @@
 from functools import cache
 from pathlib import Path
 
-from compare.case import load
-from compare.errors import EngineError
+from cases.case import load
+from cases.errors import EngineError
 from dem_reference.collision import COLUMNS, table
 from dem_reference.grains import LEAST_STEPS_PER_CONTACT, Grains
 

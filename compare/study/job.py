@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from compare.files import write_atomically
+from cases.files import write_atomically
 
 
 def run(program: str, doc: str, make) -> int:

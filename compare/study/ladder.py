@@ -4,10 +4,10 @@ import tomllib
 
 import numpy as np
 
-from compare import verdict
-from compare.case import Case
-from compare.errors import CaseError
-from compare.programs import ROOT
+from compare.verdict import equivalence as verdict
+from cases.case import Case
+from cases.errors import CaseError
+from cases.programs import ROOT
 from compare.study.frontier import grain_cost
 from compare.study.recipe import Recipe, assignment
 from compare.study.signature import cost, errors, mean

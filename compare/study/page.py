@@ -6,7 +6,7 @@ from pathlib import Path
 import jinja2
 import pandas as pd
 
-from compare.files import write_atomically
+from cases.files import write_atomically
 
 
 def shown(cell) -> str:

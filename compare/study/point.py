@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from compare.runs import open_run
+from compare.mapping.runs import open_run
 from compare.study import job
 from compare.study.failure import TIMEOUT, classify
 from compare.study.recipe import Recipe

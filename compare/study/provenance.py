@@ -5,7 +5,7 @@ import platform
 
 import pandas as pd
 
-from compare.files import write_table
+from cases.files import write_table
 from dem_reference.ensemble import processor
 from dem_reference.output import commit as head
 

@@ -8,9 +8,9 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 
-from compare import case
-from compare.errors import CaseError
-from compare.programs import ROOT, program
+from cases import case
+from cases.errors import CaseError
+from cases.programs import ROOT, program
 
 DEM_SOURCES = sorted((ROOT / "dem_reference").glob("*.py")) + sorted(
     (ROOT / "dem_reference" / "scripts").glob("*.in")

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from compare import case
-from compare.comparison import pair
-from compare.errors import CaseError, EngineError
+from cases import case
+from compare.verdict.comparison import pair
+from cases.errors import CaseError, EngineError
 from compare.metrics import all_metrics
-from compare.programs import ROOT
-from compare.files import write_atomically
-from compare.runs import open_run
+from cases.programs import ROOT
+from cases.files import write_atomically
+from compare.mapping.runs import open_run
 from compare.study.provenance import about
 from compare.study.signature import compact, errors, expand, mean
 

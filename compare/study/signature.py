@@ -5,10 +5,10 @@ A signature expands to a Run again, so that the metrics are those of every other
 
 import numpy as np
 
-from compare.case import Case
-from compare.comparison import pair
+from cases.case import Case
+from compare.verdict.comparison import pair
 from compare.metrics import all_metrics
-from compare.runs import Cloud, Run
+from compare.mapping.runs import Cloud, Run
 
 # of the quantile function of mass; with the levels that run-outs are read at, a rounding error above them
 LEVELS = np.union1d(np.arange(1, 513) / 512, [0.99 + 1e-9, 0.995 + 1e-9])

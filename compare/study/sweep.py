@@ -5,9 +5,9 @@ import os
 import subprocess
 from pathlib import Path
 
-from compare import case
-from compare.errors import EngineError
-from compare.programs import ROOT
+from cases import case
+from cases.errors import EngineError
+from cases.programs import ROOT
 from compare.study.recipe import Recipe
 
 HELP = {

@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from compare.errors import CaseError
+from cases.errors import CaseError
 from dem_reference.element import campaign
 from dem_reference.element.case import Case
 

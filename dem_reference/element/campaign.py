@@ -7,7 +7,7 @@ import time
 from importlib import import_module
 from pathlib import Path
 
-from compare.errors import EngineError
+from cases.errors import EngineError
 from dem_reference.element import records
 from dem_reference.element.case import ROOT, Case
 from dem_reference.output import commit

@@ -3,7 +3,7 @@ import difflib
 import tomllib
 from pathlib import Path
 
-from compare.errors import CaseError
+from cases.errors import CaseError
 from dem_reference.element.grains import Grains
 
 ROOT = Path(__file__).resolve().parents[2]

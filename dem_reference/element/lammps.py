@@ -5,7 +5,7 @@ from pathlib import Path
 
 from scipy.optimize import brentq
 
-from compare.errors import EngineError
+from cases.errors import EngineError
 
 TSUJI = (
     1.2728,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.errors import EngineError
+from cases.errors import EngineError
 from dem_reference.element.grains import Grains
 from dem_reference.element.packing import random_positions
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.errors import EngineError
+from cases.errors import EngineError
 from dem_reference.element import lammps
 from dem_reference.element.grains import Grains
 from dem_reference.element.packing import box_side, random_positions

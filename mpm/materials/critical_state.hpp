@@ -11,8 +11,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mpm/case.hpp"
-#include "mpm/wide.hpp"
+#include "cases/case.hpp"
+#include "mpm/numbers/wide.hpp"
 
 namespace grainpair {
 

@@ -9,8 +9,8 @@
 
 #include <cmath>
 
-#include "mpm/case.hpp"
-#include "mpm/tensor.hpp"
+#include "cases/case.hpp"
+#include "mpm/numbers/tensor.hpp"
 
 namespace grainpair {
 

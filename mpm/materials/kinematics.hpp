@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "mpm/material.hpp"
+#include "mpm/points/material.hpp"
 
 namespace grainpair {
 

@@ -20,8 +20,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "mpm/case.hpp"
-#include "mpm/tensor.hpp"
+#include "cases/case.hpp"
+#include "mpm/numbers/tensor.hpp"
 
 namespace grainpair {
 

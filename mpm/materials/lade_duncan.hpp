@@ -13,9 +13,9 @@
 
 #include <cmath>
 
-#include "mpm/case.hpp"
+#include "cases/case.hpp"
 #include "mpm/materials/hyperelastic.hpp"
-#include "mpm/tensor.hpp"
+#include "mpm/numbers/tensor.hpp"
 
 namespace grainpair {
 

@@ -1,8 +1,8 @@
 // Isotropic linear elasticity in terms of the elastic strain; trace 0 is zero pressure.
 #pragma once
 
-#include "mpm/case.hpp"
-#include "mpm/tensor.hpp"
+#include "cases/case.hpp"
+#include "mpm/numbers/tensor.hpp"
 
 namespace grainpair {
 

@@ -1,7 +1,7 @@
 // What laws of linear elasticity share, whatever else they do: constants, and the step they allow.
 #pragma once
 
-#include "mpm/material.hpp"
+#include "mpm/points/material.hpp"
 #include "mpm/materials/linear_elasticity.hpp"
 #include "mpm/materials/solid_volume.hpp"
 

@@ -10,8 +10,8 @@
 // energy of the order of its strain.
 #pragma once
 
-#include "mpm/case.hpp"
-#include "mpm/material.hpp"
+#include "cases/case.hpp"
+#include "mpm/points/material.hpp"
 
 namespace grainpair {
 

@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 
 #include "mpm/transfer/flip.hpp"
-#include "mpm/wide.hpp"
+#include "mpm/numbers/wide.hpp"
 
 namespace grainpair {
 

@@ -1,8 +1,8 @@
 // A rectangular block of material points in a box, for tests of the solver that need no case.
 #pragma once
 
-#include "mpm/case.hpp"
-#include "mpm/solver.hpp"
+#include "cases/case.hpp"
+#include "mpm/step/solver.hpp"
 
 namespace grainpair::test {
 

@@ -1,4 +1,4 @@
-#include "mpm/case.hpp"
+#include "cases/case.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "mpm/schema.hpp"
+#include "cases/schema.hpp"
 
 namespace grainpair {
 namespace {

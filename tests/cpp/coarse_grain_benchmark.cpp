@@ -7,8 +7,8 @@
 
 #include <random>
 
-#include "compare/coarse_grain.hpp"
-#include "compare/stencil.hpp"
+#include "compare/mapping/coarse_grain.hpp"
+#include "compare/mapping/stencil.hpp"
 
 namespace grainpair {
 namespace {

@@ -1,4 +1,4 @@
-#include "compare/coarse_grain.hpp"
+#include "compare/mapping/coarse_grain.hpp"
 
 #include <gtest/gtest.h>
 #include <omp.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "compare/stencil.hpp"
+#include "compare/mapping/stencil.hpp"
 
 namespace grainpair {
 namespace {

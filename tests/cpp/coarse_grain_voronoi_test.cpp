@@ -5,7 +5,7 @@
 #include <random>
 #include <voro++/voro++.hh>
 
-#include "compare/coarse_grain.hpp"
+#include "compare/mapping/coarse_grain.hpp"
 
 namespace grainpair {
 namespace {

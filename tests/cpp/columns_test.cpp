@@ -1,4 +1,4 @@
-#include "mpm/columns.hpp"
+#include "mpm/numbers/columns.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,9 @@
 
 #include <random>
 
-#include "mpm/grid.hpp"
-#include "mpm/interpolation_plane.hpp"
-#include "mpm/interpolation_space.hpp"
+#include "mpm/grid/grid.hpp"
+#include "mpm/grid/interpolation_plane.hpp"
+#include "mpm/grid/interpolation_space.hpp"
 
 namespace grainpair {
 namespace {

@@ -1,4 +1,4 @@
-#include "compare/kernel.hpp"
+#include "compare/mapping/kernel.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <random>
 #include <set>
 
-#include "mpm/body.hpp"
-#include "mpm/case.hpp"
+#include "mpm/points/body.hpp"
+#include "cases/case.hpp"
 #include "mpm/materials/hyperelastic.hpp"
 
 namespace grainpair {

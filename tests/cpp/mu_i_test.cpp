@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "mpm/body.hpp"
-#include "mpm/case.hpp"
+#include "mpm/points/body.hpp"
+#include "cases/case.hpp"
 
 namespace grainpair {
 namespace {

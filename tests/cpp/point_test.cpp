@@ -1,4 +1,4 @@
-#include "mpm/point.hpp"
+#include "mpm/programs/point.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "mpm/simulation.hpp"
+#include "mpm/step/simulation.hpp"
 
 namespace grainpair {
 namespace {

@@ -1,5 +1,5 @@
 // What every shape function must do, whatever its degree, inside the grid and against its ends.
-#include "mpm/shape.hpp"
+#include "mpm/grid/shape.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The watch: each trouble is found where it is made, and nowhere else.
-#include "mpm/watch.hpp"
+#include "mpm/step/watch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

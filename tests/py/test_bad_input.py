@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from compare.programs import ROOT, program
+from cases.programs import ROOT, program
 
 CARD = ROOT / "cases" / "materials" / "seed_table1.toml"
 SEED = (
@@ -67,7 +67,7 @@ def call(command: list, folder: Path) -> subprocess.CompletedProcess:
 
 
 PROGRAMS = {
-    "launcher": [sys.executable, "-m", "compare.cli", "run", "case.toml"],
+    "launcher": [sys.executable, "-m", "compare", "run", "case.toml"],
     "validator": [program("mpm_case"), "case.toml"],
     "continuum": [program("mpm_run"), "case.toml", "-o", "mpm.h5"],
     "grains": [sys.executable, "-m", "dem_reference.run", "case.toml", "-o", "dem.h5"],

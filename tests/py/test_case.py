@@ -2,9 +2,9 @@
 
 import pytest
 
-from compare import case
-from compare.errors import CaseError
-from compare.programs import ROOT
+from cases import case
+from cases.errors import CaseError
+from cases.programs import ROOT
 
 COLUMN = ROOT / "cases" / "column"
 

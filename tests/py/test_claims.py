@@ -3,7 +3,7 @@
 import pytest
 
 from compare.commands import claims
-from compare.errors import CaseError
+from cases.errors import CaseError
 
 GOOD = """
 [[claim]]

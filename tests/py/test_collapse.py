@@ -11,11 +11,12 @@ import pandas as pd
 import pytest
 from synthetic import write_run
 
-from compare import cli, mobilised
-from compare.programs import ROOT, program
-from compare.reductions import example_run, first_entries
-from compare.runs import open_run
-from compare.statements import all_statements, loss
+from compare import __main__ as cli
+from compare.mapping import mobilised
+from cases.programs import ROOT, program
+from compare.mapping.reductions import example_run, first_entries
+from compare.mapping.runs import open_run
+from compare.verdict.statements import all_statements, loss
 
 
 @pytest.mark.parametrize("one", all_statements(), ids=lambda one: one.name)

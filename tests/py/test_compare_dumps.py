@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 from synthetic import CASE, block, write_run
 
-from compare import case, comparison, dumps
-from compare.errors import CaseError
+from cases import case
+from compare.verdict import comparison
+from compare.mapping import dumps
+from cases.errors import CaseError
 
 SCENE = case.parse(CASE.format(height=0.04, length=0.04, thickness=0.008, void_ratio=0.7))
 DT = 1e-5

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from compare import reductions
+from compare.mapping import reductions
 from compare.metrics import all_metrics
 
 

@@ -9,8 +9,11 @@ import pandas as pd
 import pytest
 from synthetic import write_pair, write_run
 
-from compare import cli, comparison, controls, report
-from compare.errors import CaseError, EngineError
+from compare import __main__ as cli
+from compare.verdict import comparison
+from compare.verdict import controls
+from compare.report import report
+from cases.errors import CaseError, EngineError
 
 
 @pytest.fixture(scope="module")

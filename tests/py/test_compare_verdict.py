@@ -8,8 +8,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from compare import verdict
-from compare.controls import WORDS
+from compare.verdict import equivalence as verdict
+from compare.verdict.controls import WORDS
 
 
 def test_close_ensembles_agree():

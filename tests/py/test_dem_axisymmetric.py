@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from compare import cli
+from compare import __main__ as cli
 from dem_reference.edge import edge
 from dem_reference.fluctuation import cylindrical
 from dem_reference.run import main

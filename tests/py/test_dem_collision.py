@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from compare.case import load
+from cases.case import load
 from dem_reference.collision import COLUMNS, table
 from dem_reference.grains import LEAST_STEPS_PER_CONTACT
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from compare.errors import CaseError
+from cases.errors import CaseError
 from dem_reference.grains import Grains, time_step
 
 

@@ -10,8 +10,8 @@ import h5py
 import numpy as np
 import pytest
 
-from compare.case import load
-from compare.errors import EngineError
+from cases.case import load
+from cases.errors import EngineError
 from dem_reference import engine, packing
 from dem_reference.process import run_engine
 from dem_reference.run import Progress, main

@@ -5,7 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from compare.errors import CaseError
+from cases.errors import CaseError
 from dem_reference.approximations import MEASURES, deviations
 from dem_reference.splits import shares, table
 

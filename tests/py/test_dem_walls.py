@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from compare.case import load
+from cases.case import load
 from dem_reference.run import main
 
 CASE = "cases/column_ci"

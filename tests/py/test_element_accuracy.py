@@ -5,7 +5,7 @@ from argparse import Namespace
 import pytest
 
 from compare.commands import accuracy
-from compare.programs import ROOT, program
+from cases.programs import ROOT, program
 
 pytestmark = pytest.mark.skipif(not program("mpm_point").exists(), reason="mpm_point is not built")
 

@@ -3,10 +3,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from compare import calibration
-from compare.calibration import NAMES
-from compare.element_model import Card, Model
-from compare.programs import ROOT
+from compare.element import calibration
+from compare.element.calibration import NAMES
+from compare.element.model import Card, Model
+from cases.programs import ROOT
 
 TRUTH = {
     "critical_void_ratio": 0.720,

@@ -3,7 +3,7 @@ import shutil
 
 import pytest
 
-from compare.errors import CaseError
+from cases.errors import CaseError
 from dem_reference.element import campaign, records
 from dem_reference.element.case import ROOT, Case
 

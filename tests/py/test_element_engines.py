@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from compare.errors import EngineError
+from cases.errors import EngineError
 from dem_reference.element import campaign, cooling, records, shear, triaxial
 from dem_reference.element.case import ROOT, Case
 

@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from compare import calibration, cli, element_cross_check
-from compare.element_errors import table, verdicts
-from compare.element_model import Card, Model
-from compare.programs import ROOT
+from compare.element import calibration
+from compare import __main__ as cli
+from compare.element import cross_check as element_cross_check
+from compare.element.deviations import table, verdicts
+from compare.element.model import Card, Model
+from cases.programs import ROOT
 from dem_reference.element import campaign, records
 from dem_reference.element.case import Case
 
@@ -25,7 +27,7 @@ def reference(test):
 def test_every_test_is_drawn_and_judged(test, tmp_path):
     case, rows = reference(test)
     models = {name: Model(Card.read(name), case.grains) for name in ("seed_table1", "dem_mu05")}
-    files = importlib.import_module(f"compare.charts.element.{test}").draw(
+    files = importlib.import_module(f"compare.element.charts.{test}").draw(
         rows, models, tmp_path / test
     )
     assert sorted(file.suffix for file in files) == [".png", ".svg"]

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from compare.element_model import Card, Model, simple_shear_ratio
+from compare.element.model import Card, Model, simple_shear_ratio
 from dem_reference.element.grains import Grains
 
 

@@ -2,9 +2,9 @@
 import numpy as np
 import pytest
 
-from compare.element_model import Card, Model
-from compare.element_point import PointModel
-from compare.programs import program
+from compare.element.model import Card, Model
+from compare.element.point import PointModel
+from cases.programs import program
 from dem_reference.element.grains import Grains
 
 pytestmark = pytest.mark.skipif(not program("mpm_point").exists(), reason="mpm_point is not built")

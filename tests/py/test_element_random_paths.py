@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from compare.programs import ROOT, program
+from cases.programs import ROOT, program
 
 pytestmark = pytest.mark.skipif(not program("mpm_point").exists(), reason="mpm_point is not built")
 

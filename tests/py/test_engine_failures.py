@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from compare.programs import ROOT
+from cases.programs import ROOT
 
 RUN = [
     sys.executable,
     "-m",
-    "compare.cli",
+    "compare",
     "run",
     str(ROOT / "cases" / "column_ci"),
     "--quiet",

@@ -4,9 +4,9 @@ import time
 
 import pytest
 
-from compare import engines
-from compare.engines import Stage, run_stages
-from compare.errors import CaseError, EngineError
+from cases import stages as engines
+from cases.stages import Stage, run_stages
+from cases.errors import CaseError, EngineError
 
 
 def shell(script: str, name: str = "stage") -> Stage:

@@ -7,8 +7,8 @@ import meshio
 import numpy as np
 import pytest
 
-from compare import vtk
-from compare.errors import CaseError
+from compare.report import vtk
+from cases.errors import CaseError
 import synthetic
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from compare.commands.run import find_case, name_of, verdict
-from compare.programs import ROOT
+from cases.programs import ROOT
 
 LAUNCHER = ROOT / "grainpair"
 

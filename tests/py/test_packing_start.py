@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from compare.programs import program
+from cases.programs import program
 
 THICKNESS, SIDE, CELLS = 0.006, 0.02, 4  # of column_ci
 DENSITY = 2532.0  # of the case

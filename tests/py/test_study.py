@@ -10,12 +10,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from compare import case, verdict
-from compare.errors import CaseError
+from cases import case
+from compare.verdict import equivalence as verdict
+from cases.errors import CaseError
 from compare.metrics import all_metrics
-from compare.programs import ROOT
-from compare.reductions import example_run
-from compare.runs import Cloud, Run
+from cases.programs import ROOT
+from compare.mapping.reductions import example_run
+from compare.mapping.runs import Cloud, Run
 from compare.study import (
     atlas,
     boundary,
@@ -34,7 +35,7 @@ CI = ROOT / "cases" / "column_ci"
 
 def launch(*words) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, "-m", "compare.cli", *map(str, words)],
+        [sys.executable, "-m", "compare", *map(str, words)],
         cwd=ROOT,
         capture_output=True,
         text=True,

@@ -1,0 +1,78 @@
+"""A case, as Python sees it: checked and completed by mpm_case, the only validator, and read back from its TOML."""
+
+import subprocess
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from cases.errors import CaseError, EngineError
+from cases.programs import ROOT, program
+
+
+@dataclass(frozen=True)
+class Case:
+    """Every key of cases/schema.toml with a value of its declared type, in bounds.
+
+    `case["geometry.height"]` is a value, `case["geometry"]` a table of them; units are the schema's.
+    """
+
+    path: Path
+    text: str  # the file as its author wrote it
+    resolved: str  # the complete case as TOML
+    values: dict
+
+    def __getitem__(self, key: str):
+        value = self.values
+        for word in key.split("."):
+            value = value[word]
+        return value
+
+
+def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
+    """The case of a file, or of a folder that holds case.toml; `overrides` are "key=value".
+
+    Raises CaseError with the validator's line; EngineError if the validator is not built.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / "case.toml"
+    command = [
+        program("mpm_case"),
+        path,
+        *(word for assignment in overrides for word in ("--set", assignment)),
+    ]
+    try:
+        check = subprocess.run(command, capture_output=True, text=True, check=False)
+    except FileNotFoundError as missing:
+        raise EngineError(
+            f"{command[0]}: no such program (not built). Build it with: cmake --build --preset release"
+        ) from missing
+    if check.returncode:
+        raise CaseError(check.stderr.strip())
+    return parse(check.stdout, path, path.read_text())
+
+
+def parse(resolved: str, path: str | Path = "", text: str = "") -> Case:
+    """The case of a resolved TOML text, such as the attribute `case_resolved` of a result file.
+
+    A file written before the schema gained a key has that key's default.
+    """
+    return Case(Path(path), text, resolved, completed(tomllib.loads(resolved), schema()))
+
+
+@cache
+def schema() -> dict:
+    """cases/schema.toml: a key is a table that has a `type`, everything else a table of keys."""
+    return tomllib.loads((ROOT / "cases" / "schema.toml").read_text())
+
+
+def completed(values: dict, keys: dict) -> dict:
+    """`values` with the defaults of the keys they lack."""
+    for name, key in keys.items():
+        if "type" not in key:
+            values[name] = completed(values.get(name, {}), key)
+        elif "default" in key:
+            values.setdefault(name, key["default"])
+    return values

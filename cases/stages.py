@@ -1,0 +1,181 @@
+"""Runs programs that report their progress, side by side, and shows it.
+
+A program says `progress <fraction> <text>` on standard output and, when it fails, one line on standard error.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from tqdm import tqdm
+
+from cases.errors import CaseError, EngineError
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A program of a run: what the user sees it called, and its command line."""
+
+    name: str
+    command: list
+
+
+class Bars:
+    """One progress bar per stage, with the time left; for terminals."""
+
+    def __init__(self, stages: list[Stage]):
+        width = max(len(stage.name) for stage in stages)
+        form = "{desc} {percentage:3.0f} % |{bar:24}| {elapsed} (left {remaining}){postfix}"
+        self.bars = {
+            stage.name: tqdm(
+                desc=stage.name.ljust(width),
+                total=1.0,
+                smoothing=0.1,
+                bar_format=form,
+                position=row,
+                dynamic_ncols=True,
+            )
+            for row, stage in enumerate(stages)
+        }
+
+    def update(self, name: str, fraction: float, text: str):
+        bar = self.bars[name]
+        bar.set_postfix_str(text, refresh=False)
+        bar.update(fraction - bar.n)
+
+    def close(self):
+        for bar in self.bars.values():
+            bar.close()
+
+
+class Lines:
+    """One line per stage and tenth of its way; for logs."""
+
+    def __init__(self, stages: list[Stage]):
+        self.start = time.monotonic()
+        self.said = {stage.name: -1 for stage in stages}
+
+    def update(self, name: str, fraction: float, text: str):
+        tenth = int(10 * fraction + 1e-9)
+        if tenth <= self.said[name]:
+            return
+        self.said[name] = tenth
+        elapsed = time.monotonic() - self.start
+        left = f", {elapsed * (1 / fraction - 1):.0f} s left" if 0 < fraction < 1 else ""
+        print(
+            f"{name}: {100 * fraction:.0f} % after {elapsed:.0f} s{left}: {text}",
+            file=sys.stderr,
+            flush=True,
+        )
+
+    def close(self):
+        pass
+
+
+class Silence(Lines):
+    """Nothing; for --quiet."""
+
+    def update(self, name: str, fraction: float, text: str):
+        pass
+
+
+def display(stages: list[Stage], quiet: bool) -> Bars | Lines:
+    if quiet:
+        return Silence(stages)
+    return Bars(stages) if sys.stderr.isatty() else Lines(stages)
+
+
+class Running:
+    """A started stage. Its output is read by two threads, so that neither pipe can fill up and block it."""
+
+    def __init__(self, stage: Stage, shown: Bars | Lines):
+        self.stage, self.shown, self.errors = stage, shown, []
+        try:
+            self.process = subprocess.Popen(
+                [str(word) for word in stage.command],
+                text=True,
+                errors="replace",
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise EngineError(
+                f"{stage.command[0]}: cannot be started ({error.strerror})"
+            ) from error
+        self.readers = [
+            threading.Thread(target=read, daemon=True)
+            for read in (self.read_progress, self.read_errors)
+        ]
+        for reader in self.readers:
+            reader.start()
+
+    def read_progress(self):
+        for line in self.process.stdout:
+            match line.split(maxsplit=2):
+                case ["progress", fraction, *text]:
+                    self.shown.update(
+                        self.stage.name, min(max(float(fraction), 0.0), 1.0), " ".join(text).strip()
+                    )
+
+    def read_errors(self):
+        self.errors += [line.rstrip() for line in self.process.stderr if line.strip()]
+
+    def kill(self):
+        """Ends the program and whatever it started."""
+        if self.process.poll() is None:
+            os.killpg(self.process.pid, signal.SIGTERM)
+            try:
+                self.process.wait(timeout=5)
+            except subprocess.TimeoutExpired:
+                os.killpg(self.process.pid, signal.SIGKILL)
+                self.process.wait()
+
+    def check(self):
+        """Raises CaseError or EngineError, with the program's own line, if it ended badly."""
+        code = self.process.returncode
+        for reader in self.readers:
+            reader.join(timeout=5)
+        if code == 0:
+            return
+        program = Path(self.stage.command[0]).name
+        if code < 0:
+            raise EngineError(
+                f"{self.stage.name}: {program} was killed by {signal.Signals(-code).name}"
+            )
+        line = (
+            self.errors[-1]
+            if self.errors
+            else f"{self.stage.name}: {program} ended with code {code} and no word"
+        )
+        raise CaseError(line) if code == 2 else EngineError(line)
+
+
+def run_stages(stages: list[Stage], *, together: bool = False, quiet: bool = False):
+    """Runs the stages, one after the other or all at once. The first that fails ends the others.
+
+    Raises CaseError (exit code 2 of a program) or EngineError (any other).
+    """
+    shown = display(stages, quiet)
+    running = []
+    try:
+        for batch in [stages] if together else [[stage] for stage in stages]:
+            running = []
+            for stage in batch:
+                running.append(Running(stage, shown))
+            waiting = list(running)
+            while waiting:
+                for one in list(waiting):
+                    if one.process.poll() is not None:
+                        waiting.remove(one)
+                        one.check()
+                time.sleep(0.05)
+    finally:
+        for one in running:
+            one.kill()
+        shown.close()

@@ -1,0 +1,57 @@
+"""Figures of the element tests, one file each: `draw(rows, models, path)`. Here what they share."""
+import os
+from functools import wraps
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+
+from compare.report.charts import STYLE
+
+CARD_LINES = ("--", "-", ":", "-.")
+
+
+def styled(draw):
+    """Lets `draw` run in the project's figure style."""
+
+    @wraps(draw)
+    def drawn(*arguments):
+        with plt.rc_context(STYLE):
+            return draw(*arguments)
+
+    return drawn
+
+
+def colours(count: int, name: str = "viridis"):
+    """`count` distinguishable colours in order."""
+    return [plt.get_cmap(name)(0.05 + 0.85 * i / max(count - 1, 1)) for i in range(count)]
+
+
+def line_styles(models: dict) -> dict:
+    """A line style per card, in the order the cards were named."""
+    return dict(zip(models, CARD_LINES))
+
+
+def card_legend(axes, models: dict, dem: str = "DEM") -> None:
+    """A legend that tells DEM markers from the cards' lines."""
+    handles = [plt.Line2D([], [], color="0.3", linestyle="none", marker="o", markersize=4)]
+    handles += [
+        plt.Line2D([], [], color="0.3", linestyle=style) for style in line_styles(models).values()
+    ]
+    axes.add_artist(axes.legend(handles, [dem, *models], loc="best", fontsize=8))
+
+
+def save(figure, path: Path) -> list[Path]:
+    """Writes the figure as PNG and SVG beside each other (atomically) and closes it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    files = []
+    for ending in ("png", "svg"):
+        part, file = path.with_name(f".{path.name}.{ending}"), path.with_name(
+            f"{path.name}.{ending}"
+        )
+        figure.savefig(
+            part, format=ending, dpi=150, metadata={"Date": None} if ending == "svg" else None
+        )
+        os.replace(part, file)
+        files.append(file)
+    plt.close(figure)
+    return files

@@ -1,0 +1,81 @@
+"""How far the law is from the grains in an element test: one row per observation and card, and a sentence of verdict."""
+import numpy as np
+
+from compare.element.calibration import Block
+from compare.element.model import Model
+
+CLOSE = 0.20  # an error this small counts as agreement where the DEM scatter does not already explain it
+
+
+def is_plain(block: Block) -> bool:
+    """Whether the block holds values themselves (a void ratio) rather than their logarithms."""
+    return block.kind.endswith("void ratio")
+
+
+def table(blocks: list[Block], models: dict[str, Model]) -> list[dict]:
+    """Rows with test and quantity, point, card, dem, dem_scatter (standard error over seeds), model, error.
+
+    Scatter and error are relative to the DEM value, for a void ratio absolute.
+    """
+    rows = []
+    for block in blocks:
+        for card, model in models.items():
+            for label, measured, error, predicted in zip(
+                block.labels, block.measured, block.error, block.predict(model)
+            ):
+                plain = is_plain(block)
+                rows.append(
+                    {
+                        "quantity": block.kind,
+                        "point": label,
+                        "card": card,
+                        "dem": measured if plain else np.exp(measured),
+                        "dem_scatter": error,
+                        "model": predicted if plain else np.exp(predicted),
+                        "error": predicted - measured if plain else np.expm1(predicted - measured),
+                    }
+                )
+    return [
+        {
+            key: float(value) if isinstance(value, np.floating) else value
+            for key, value in row.items()
+        }
+        for row in rows
+    ]
+
+
+def verdicts(rows: list[dict]) -> list[str]:
+    """One sentence per quantity and card: how many points agree, the median error, the worst and where."""
+    sentences = []
+    for quantity, card in dict.fromkeys((row["quantity"], row["card"]) for row in rows):
+        chosen = [row for row in rows if (row["quantity"], row["card"]) == (quantity, card)]
+        plain = quantity.endswith("void ratio")
+        close = 0.1 * CLOSE if plain else CLOSE
+        good = sum(abs(row["error"]) <= max(close, 2 * row["dem_scatter"]) for row in chosen)
+        worst = max(
+            chosen, key=lambda row: abs(row["error"]) if plain else abs(np.log1p(row["error"]))
+        )
+        median, scatter = (
+            np.median([abs(row[key]) for row in chosen]) for key in ("error", "dem_scatter")
+        )
+
+        def say(value, signed=False):
+            if plain:
+                return f"{value:+.3f}" if signed else f"{value:.3f}"
+            if signed and not -0.5 < value < 1:
+                return f"a factor {1 + value:.2g}"
+            return f"{value:+.0%}" if signed else f"{value:.0%}"
+
+        word = (
+            "agrees"
+            if good == len(chosen)
+            else "disagrees"
+            if good < len(chosen) / 2
+            else "agrees in part"
+        )
+        sentences.append(
+            f"{quantity}, {card}: {word} ({good} of {len(chosen)} points within {say(close)} or twice the DEM "
+            f"scatter); median error {say(median)} against a DEM scatter of {say(scatter)}; worst "
+            f"{say(worst['error'], signed=True)} at {worst['point']}."
+        )
+    return sentences

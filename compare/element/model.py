@@ -1,0 +1,290 @@
+"""The solid-fluid law on the element tests' paths, in closed form: an independent check of the C++ and what calibration fits.
+
+Steady simple shear, homogeneous cooling, triaxial compression after yield and isotropic compression need no stress integration.
+Symbols as in [Ceccato2019]; compression positive; nu = 1/(1 + e).
+"""
+from dataclasses import dataclass, fields, replace
+import tomllib
+from functools import cached_property
+from math import asin, exp, sin, sqrt
+
+import numpy as np
+
+from cases.errors import CaseError
+from cases.programs import ROOT
+from dem_reference.element.grains import Grains
+
+DENSE = 0.49  # solid fraction above which collisions correlate [Berzi2014]
+RANDOM_CLOSE = (
+    0.636  # random close packing of spheres, where the correlation length diverges [Berzi2014]
+)
+EXPONENT = {
+    "linear": 1.0,
+    "two_thirds": 1.5,
+    "square_root": 2.0,
+}  # m of the critical-state locus, by its form
+SQRT_PI = np.sqrt(np.pi)
+
+
+@dataclass(frozen=True)
+class Card:
+    """The constants of a material card; names, units and defaults are those of cases/schema.toml, table material."""
+
+    bulk_stiffness: float
+    shear_stiffness: float
+    stiffness_exponent: float
+    atmospheric_pressure: float
+    stress_ratio: float
+    critical_void_ratio: float
+    critical_state_slope: float
+    critical_state_form: str
+    dilatancy: float
+    dilatancy_form: str
+    loose_void_ratio: float
+    effective_restitution: float
+    collision_time_factor: float
+    correlation_length: str
+    correlation_factor: float
+
+    @classmethod
+    def read(cls, name: str) -> "Card":
+        """cases/materials/<name>.toml, completed by the schema's defaults."""
+        schema = tomllib.loads((ROOT / "cases" / "schema.toml").read_text())["material"]
+        path = ROOT / "cases" / "materials" / f"{name}.toml"
+        if not path.exists():
+            known = ", ".join(sorted(card.stem for card in path.parent.glob("*.toml")))
+            raise CaseError(f"{path}: no such material card (known: {known})")
+        written = tomllib.loads(path.read_text())["material"]
+        return cls(
+            **{
+                field.name: written.get(field.name, schema[field.name].get("default"))
+                for field in fields(cls)
+            }
+        )
+
+    def with_values(self, **values) -> "Card":
+        return replace(self, **values)
+
+
+@dataclass(frozen=True)
+class Model:
+    """A card for given grains. Arguments may be arrays unless said otherwise."""
+
+    card: Card
+    grains: Grains
+
+    @property
+    def nu_c(self) -> float:
+        return 1 / (1 + self.card.critical_void_ratio)
+
+    def frictionless(self) -> "Model":
+        """Plain kinetic theory for mu = 0: e_n dissipates, and the contact value diverges at random close packing."""
+        card = self.card.with_values(
+            effective_restitution=self.grains.restitution,
+            correlation_length="none",
+            critical_void_ratio=1 / RANDOM_CLOSE - 1,
+        )
+        return Model(card, self.grains)
+
+    # --- collisional part -------------------------------------------------------------------------------------------------
+
+    def inverse_G(self, nu):
+        """1/G = 1/(nu g0), zero at and above nu_c: g0 = (1 - w) CS + 2 w/(nu_c - nu), w = ((nu - nu_m)/(nu_c - nu_m))^2."""
+        nu = np.asarray(nu, dtype=float)
+        nu_m = 1 / (1 + self.card.loose_void_ratio)
+        carnahan_starling = (2 - nu) / (2 * (1 - nu) ** 3)
+        w = np.clip((nu - nu_m) / (self.nu_c - nu_m), 0, 1) ** 2
+        gap = np.maximum(self.nu_c - nu, 0)
+        return gap / (nu * (gap * (1 - w) * carnahan_starling + 2 * w))
+
+    def F(self, nu):
+        """F = (1 + e_n)/2 + 1/(4 G)."""
+        return (1 + self.grains.restitution) / 2 + self.inverse_G(nu) / 4
+
+    def J(self, nu):
+        """J of Garzo & Dufty 1999; 1/G^2 carried so that it holds at G = infinity."""
+        e, x = self.grains.restitution, self.inverse_G(nu)
+        numerator = (5 * x + 2 * (1 + e) * (3 * e - 1)) * (5 * x + 4 * (1 + e))
+        return (1 + e) / 2 + np.pi / 32 * numerator / (24 - 6 * (1 - e) ** 2 - 5 * (1 - e**2))
+
+    def correlation_length(self, nu):
+        """L/d; the card's factor multiplies its excess over 1."""
+        nu = np.asarray(nu, dtype=float)
+        ee = self.card.effective_restitution
+        if self.card.correlation_length == "none":
+            return np.ones_like(nu)
+        if self.card.correlation_length == "jenkins":  # steady shear, c = 0.5, capped at 10 d
+            x = np.maximum(self.inverse_G(nu), 1e-12)
+            length = np.clip(
+                (0.0625 * x ** (-2 / 3) * 15 * (1 - ee**2) / (2 * self.J(nu))) ** (1 / 3), 1, 10
+            )
+        else:  # sqrt(2 J/(15 (1 - ee^2))) [1 + 26 (1 - ee)/15 (nu - 0.49)/(nu_rcp - nu)]^(3/2)
+            excess = 26 * (1 - ee) / 15 * (nu - DENSE) / np.maximum(RANDOM_CLOSE - nu, 1e-3)
+            length = (
+                np.sqrt(2 * self.J(nu) / (15 * (1 - ee**2))) * (1 + np.maximum(excess, 0)) ** 1.5
+            )
+            length = np.where(nu > DENSE, np.maximum(length, 1), 1.0)
+        return 1 + self.card.correlation_factor * (length - 1)
+
+    @property
+    def kappa(self) -> float:
+        """kap = (24/(5 sqrt(pi))) sqrt(rho_s/E_p), times the collision-time factor [s/m]."""
+        softness = np.sqrt(self.grains.density / self.grains.young_modulus)
+        return 24 / (5 * SQRT_PI) * softness * self.card.collision_time_factor
+
+    # --- quasi-static part ------------------------------------------------------------------------------------------------
+
+    def critical_pressure(self, nu):
+        """p_cs = a_L E_p max(nu - nu_c, 0)^m [Pa]."""
+        exponent = EXPONENT[self.card.critical_state_form]
+        return (
+            self.card.critical_state_slope
+            * self.grains.young_modulus
+            * np.maximum(nu - self.nu_c, 0) ** exponent
+        )
+
+    def critical_void_ratio(self, pressure):
+        """e_cs(p), the inverse of critical_pressure."""
+        exponent = EXPONENT[self.card.critical_state_form]
+        rise = (pressure / (self.card.critical_state_slope * self.grains.young_modulus)) ** (
+            1 / exponent
+        )
+        return 1 / (self.nu_c + rise) - 1
+
+    @cached_property
+    def shear_ratio(self) -> float:
+        """s/p at the critical state in simple shear: on the cone, with isochoric pure-shear plastic flow."""
+        return simple_shear_ratio(self.card.stress_ratio)
+
+    def moduli(self, pressure):
+        """Tangent bulk and shear modulus on the isotropic axis, k pa (p/pa)^n and g pa (p/pa)^n [Pa]."""
+        scale = (
+            self.card.atmospheric_pressure
+            * (pressure / self.card.atmospheric_pressure) ** self.card.stiffness_exponent
+        )
+        return self.card.bulk_stiffness * scale, self.card.shear_stiffness * scale
+
+    # --- the tests --------------------------------------------------------------------------------------------------------
+
+    def shear(self, nu, rate) -> dict:
+        """Steady simple shear at constant volume: granular_temperature [m2/s2], pressure and shear_stress [Pa].
+
+        T/(gdot d)^2 = (2 J/15) (L/d)/(1 - ee^2); p = 4 nu Y F rho T + p_cs, s = 8 J nu Y rho d sqrt(T) gdot/(5 sqrt(pi))
+        + (s/p)_cs p_cs, with Y = 1/(1/G + kap sqrt(T)).
+        """
+        nu, rate = np.asarray(nu, dtype=float), np.asarray(rate, dtype=float)
+        d, rho = self.grains.diameter, self.grains.density
+        J = self.J(nu)
+        T = (
+            2
+            * J
+            / 15
+            * self.correlation_length(nu)
+            / (1 - self.card.effective_restitution**2)
+            * (rate * d) ** 2
+        )
+        Y = 1 / (self.inverse_G(nu) + self.kappa * np.sqrt(T))
+        p_q = self.critical_pressure(nu)
+        return {
+            "granular_temperature": T,
+            "pressure": 4 * nu * Y * self.F(nu) * rho * T + p_q,
+            "shear_stress": 8 * J * nu * Y * rho * d * np.sqrt(T) * rate / (5 * SQRT_PI)
+            + self.shear_ratio * p_q,
+        }
+
+    def cooling_time(self, nu, T0, T):
+        """When homogeneous cooling has brought T0 down to T [s].
+
+        (1/G + kap v) dv/dt = -c v^2 with v = sqrt(T), c = 4 (1 - ee^2)/(sqrt(pi) L), so
+        t = [ (1/v - 1/v0)/G + kap ln(v0/v) ]/c.
+        """
+        v0, v = np.sqrt(T0), np.sqrt(T)
+        c = (
+            4
+            * (1 - self.card.effective_restitution**2)
+            / (SQRT_PI * self.correlation_length(nu) * self.grains.diameter)
+        )
+        return (self.inverse_G(nu) * (1 / v - 1 / v0) + self.kappa * np.log(v0 / v)) / c
+
+    def isotropic(self, void_ratio, pressure, pressures):
+        """Void ratio at `pressures` on the elastic isotropic path through (void_ratio, pressure)."""
+        n, pa = self.card.stiffness_exponent, self.card.atmospheric_pressure
+
+        def strain(p):
+            return (p / pa) ** (1 - n) / (self.card.bulk_stiffness * (1 - n))
+
+        return (1 + void_ratio) * np.exp(strain(pressure) - strain(pressures)) - 1
+
+    def triaxial(self, void_ratio: float, lateral: float, axial_strain) -> dict:
+        """Drained triaxial compression from isotropic `lateral` stress [Pa] at `void_ratio`, at each axial strain.
+
+        Elastic at constant lateral stress until q = M_c p; then the stress stays, and with it the elastic strain:
+        d eps_v = D d eps_q, D = A_psi (e - e_cs(p)) bounded by min(0.5, M_c/2), eps_q = eps_a - eps_v/3.
+        Returns deviator and pressure [Pa], void_ratio and volumetric_strain [-].
+        """
+        axial_strain = np.asarray(axial_strain, dtype=float)
+        m_c = self.card.stress_ratio
+        q_yield = 3 * lateral * m_c / (3 - m_c)
+        strain_yield, volume_yield = self.triaxial_elastic(lateral, q_yield)
+        e_cs = self.critical_void_ratio(lateral + q_yield / 3)
+        bound = min(0.5, 0.5 * m_c)
+        rate = {
+            "stress_ratio_over_delta": m_c / self.card.dilatancy,
+            "delta": self.card.dilatancy,
+            "none": 0.0,
+        }[self.card.dilatancy_form]
+
+        def slope(volume: float) -> float:  # d eps_v/d eps_a = D/(1 + D/3)
+            D = min(max(rate * ((1 + void_ratio) * exp(-volume) - 1 - e_cs), -bound), bound)
+            return D / (1 + D / 3)
+
+        end = max(axial_strain.max(), strain_yield)
+        strains = np.linspace(strain_yield, end, 101)
+        volumes = [float(volume_yield)]
+        h = strains[1] - strains[0]
+        for _ in strains[1:]:  # classical Runge-Kutta
+            v = volumes[-1]
+            a = slope(v)
+            b = slope(v + h / 2 * a)
+            c = slope(v + h / 2 * b)
+            volumes.append(v + h / 6 * (a + 2 * b + 2 * c + slope(v + h * c)))
+        q_grid = np.linspace(0, q_yield, 200)
+        elastic_strain, elastic_volume = self.triaxial_elastic(lateral, q_grid)
+        q = np.interp(axial_strain, elastic_strain, q_grid)
+        volume = np.interp(
+            axial_strain,
+            np.concatenate([elastic_strain, strains[1:]]),
+            np.concatenate([elastic_volume, volumes[1:]]),
+        )
+        return {
+            "deviator": q,
+            "pressure": lateral + q / 3,
+            "volumetric_strain": volume,
+            "void_ratio": (1 + void_ratio) * np.exp(-volume) - 1,
+        }
+
+    def triaxial_elastic(self, lateral, q):
+        """Axial and volumetric strain from isotropic `lateral` stress to deviator q, by Houlsby, Amorosi & Rojas 2005.
+
+        eps_v = p P0^-n/(k (1 - n) pa^(1-n)) + const, eps_q = q P0^-n/(3 g pa^(1-n)), P0^2 = p^2 + k (1 - n) q^2/(3 g).
+        """
+        k, g, n, pa = (
+            self.card.bulk_stiffness,
+            self.card.shear_stiffness,
+            self.card.stiffness_exponent,
+            self.card.atmospheric_pressure,
+        )
+        p = lateral + q / 3
+        P0 = np.sqrt(p**2 + k * (1 - n) * q**2 / (3 * g))
+        volume = (p * P0**-n - lateral ** (1 - n)) / (k * (1 - n) * pa ** (1 - n))
+        return q * P0**-n / (3 * g * pa ** (1 - n)) + volume / 3, volume
+
+
+def simple_shear_ratio(stress_ratio: float) -> float:
+    """s/p where isochoric plastic flow on the Lade-Duncan cone is a simple shear.
+
+    eta = s/p = t (xy) + c diag(1, 1, -2). The flow direction dev(eta - eta.eta) has no zz part when t^2 = 3 c (1 + c), which
+    leaves 3 c - 4 c^3 of the cone's (eta:eta)/2 - tr(eta^3)/3 = M^2/3 - 2 M^3/27: c = sin(asin(M^2/3 - 2 M^3/27)/3).
+    """
+    c = sin(asin(stress_ratio**2 / 3 - 2 * stress_ratio**3 / 27) / 3)
+    return sqrt(3 * c * (1 + c))

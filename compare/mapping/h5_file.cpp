@@ -1,0 +1,175 @@
+#include "compare/mapping/h5_file.hpp"
+
+#include <algorithm>
+
+namespace grainpair {
+namespace {
+
+using hdf5::Error, hdf5::Handle;
+
+Handle own(hid_t id, herr_t (*close)(hid_t), const std::string& otherwise) {
+  if (id < 0) throw Error(otherwise);
+  return {id, close, ""};
+}
+
+Handle dataspace(const std::vector<hsize_t>& shape) {
+  return own(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose,
+             "no dataspace");
+}
+
+void check(herr_t status, const std::string& what) {
+  if (status < 0) throw Error(what);
+}
+
+}  // namespace
+
+H5File::H5File(std::string path, hid_t id)
+    : path_(std::move(path)),
+      file_(own(id, H5Fclose, path_ + ": cannot open as HDF5 (missing, unreadable or not HDF5)")) {}
+
+H5File H5File::open(const std::string& path) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  return {path, H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)};
+}
+
+H5File H5File::create(const std::string& path) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  return {path, H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)};
+}
+
+Handle H5File::object(const std::string& name) const {
+  return own(H5Oopen(file_, name.c_str(), H5P_DEFAULT), H5Oclose, where(name) + ": missing");
+}
+
+bool H5File::has(const std::string& name) const {
+  for (std::size_t end = 0; end != std::string::npos;) {
+    end = name.find('/', end + 1);
+    const std::string part = name.substr(0, end);
+    if (part != "/" && !part.empty() && H5Lexists(file_, part.c_str(), H5P_DEFAULT) <= 0)
+      return false;
+  }
+  return true;
+}
+
+std::vector<std::string> H5File::members(const std::string& group) const {
+  const Handle g = object(group);
+  H5G_info_t info;
+  check(H5Gget_info(g, &info), where(group) + ": not a group");
+  std::vector<std::string> names;
+  for (hsize_t i = 0; i < info.nlinks; ++i) {
+    const auto length =
+        H5Lget_name_by_idx(g, ".", H5_INDEX_NAME, H5_ITER_INC, i, nullptr, 0, H5P_DEFAULT);
+    std::string name(static_cast<std::size_t>(std::max<ssize_t>(length, 0)), '\0');
+    H5Lget_name_by_idx(g, ".", H5_INDEX_NAME, H5_ITER_INC, i, name.data(), name.size() + 1,
+                       H5P_DEFAULT);
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+std::vector<double> H5File::read(const std::string& name) const {
+  if (has_attribute(name, "value") && has_attribute(name, "shape"))
+    return std::vector<double>(static_cast<std::size_t>(number(name, "shape")),
+                               number(name, "value"));
+  const Handle data =
+      own(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, where(name) + ": missing dataset");
+  const Handle space = own(H5Dget_space(data), H5Sclose, where(name) + ": no dataspace");
+  std::vector<double> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+  check(H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        where(name) + ": unreadable");
+  return values;
+}
+
+bool H5File::has_attribute(const std::string& name, const std::string& attribute) const {
+  return has(name) && H5Aexists_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT) > 0;
+}
+
+double H5File::number(const std::string& name, const std::string& attribute) const {
+  const std::string at = where(name) + "@" + attribute;
+  const Handle a =
+      own(H5Aopen_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+          H5Aclose, at + ": missing attribute");
+  const Handle space = own(H5Aget_space(a), H5Sclose, at + ": no dataspace");
+  if (H5Sget_simple_extent_npoints(space) != 1) throw Error(at + ": not one number");
+  double value = 0.0;
+  check(H5Aread(a, H5T_NATIVE_DOUBLE, &value), at + ": not a number");
+  return value;
+}
+
+std::string H5File::text(const std::string& name, const std::string& attribute) const {
+  const std::string at = where(name) + "@" + attribute;
+  const Handle a =
+      own(H5Aopen_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+          H5Aclose, at + ": missing attribute");
+  const Handle type = own(H5Aget_type(a), H5Tclose, at + ": no type");
+  if (H5Tget_class(type) != H5T_STRING) throw Error(at + ": not a text");
+  if (H5Tis_variable_str(type) > 0) {
+    char* value = nullptr;
+    const Handle memory = own(H5Tcopy(H5T_C_S1), H5Tclose, at + ": no type");
+    H5Tset_size(memory, H5T_VARIABLE);
+    H5Tset_cset(memory, H5Tget_cset(type));
+    check(H5Aread(a, memory, &value), at + ": unreadable");
+    std::string out = value ? value : "";
+    H5free_memory(value);
+    return out;
+  }
+  std::string out(H5Tget_size(type), '\0');
+  check(H5Aread(a, type, out.data()), at + ": unreadable");
+  out.resize(std::min(out.size(), out.find('\0')));
+  return out;
+}
+
+void H5File::make_group(const std::string& group) {
+  const Handle made = own(H5Gcreate2(file_, group.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                          H5Gclose, where(group) + ": cannot make group");
+}
+
+void H5File::write(const std::string& name, std::span<const double> values,
+                   const std::vector<hsize_t>& shape) {
+  const Handle space = dataspace(shape);
+  const Handle data = own(H5Dcreate2(file_, name.c_str(), H5T_NATIVE_DOUBLE, space, H5P_DEFAULT,
+                                     H5P_DEFAULT, H5P_DEFAULT),
+                          H5Dclose, where(name) + ": cannot make dataset");
+  check(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+        where(name) + ": not written");
+}
+
+void H5File::make_series(const std::string& name, hsize_t frames, const std::vector<hsize_t>& shape,
+                         bool exact) {
+  std::vector<hsize_t> all{frames}, chunk{1};
+  all.insert(all.end(), shape.begin(), shape.end());
+  chunk.insert(chunk.end(), shape.begin(), shape.end());
+  const Handle space = dataspace(all);
+  const Handle plist = own(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "no property list");
+  H5Pset_chunk(plist, static_cast<int>(chunk.size()), chunk.data());
+  H5Pset_shuffle(plist);
+  H5Pset_deflate(plist, 2);
+  const Handle data =
+      own(H5Dcreate2(file_, name.c_str(), exact ? H5T_NATIVE_DOUBLE : H5T_NATIVE_FLOAT, space,
+                     H5P_DEFAULT, plist, H5P_DEFAULT),
+          H5Dclose, where(name) + ": cannot make dataset");
+}
+
+void H5File::write_frame(const std::string& name, hsize_t frame, std::span<const double> values) {
+  const Handle data =
+      own(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, where(name) + ": missing dataset");
+  const Handle space = own(H5Dget_space(data), H5Sclose, where(name) + ": no dataspace");
+  std::vector<hsize_t> count(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
+  H5Sget_simple_extent_dims(space, count.data(), nullptr);
+  std::vector<hsize_t> start(count.size(), 0);
+  start[0] = frame, count[0] = 1;
+  H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
+  const Handle memory = dataspace(count);
+  check(H5Dwrite(data, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()),
+        where(name) + ": not written");
+}
+
+void H5File::set(const std::string& name, const std::string& attribute, const std::string& text) {
+  hdf5::write_attribute(object(name), attribute, text);
+}
+
+void H5File::set(const std::string& name, const std::string& attribute, double number) {
+  hdf5::write_attribute(object(name), attribute, number);
+}
+
+}  // namespace grainpair

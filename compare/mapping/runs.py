@@ -1,0 +1,197 @@
+"""Runs of either engine and the fields mapped from them, read from HDF5."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from cases.case import Case, parse
+from cases.errors import CaseError
+
+GLUED = 3  # record `kind` of a grain that belongs to the wall
+POINT_STATE = (
+    "regime",
+    "void_ratio",
+    "deviatoric_strain",
+    "plastic_dissipation",
+    "collisional_dissipation",
+)
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """What moves, at one instant: x, v of shape (N, 3) [m, m/s], mass (N,) [kg], solid_volume (N,) [m3].
+
+    `state` is what material points know themselves, each (N,): records of POINT_STATE by name, and "pressure" [Pa], a third of the
+    trace of the stress. A point keeps its row.
+    """
+
+    x: np.ndarray
+    v: np.ndarray
+    mass: np.ndarray
+    solid_volume: np.ndarray
+    state: dict = field(default_factory=dict)
+
+
+class StoredClouds(Sequence):
+    """The frames of a run file; each is read when it is asked for, the last one kept."""
+
+    def __init__(self, path: Path, steps: list[int]):
+        self.path, self.steps, self.kept = path, steps, (None, None)
+
+    def __len__(self):
+        return len(self.steps)
+
+    def __getitem__(self, i: int) -> Cloud:
+        step = self.steps[i]
+        if self.kept[0] != step:
+            with h5py.File(self.path) as f:
+                cloud = f[f"data/{step}/particles/cloud"]
+                moving = cloud["kind"][:] != GLUED if "kind" in cloud else slice(None)
+                vector = {
+                    r: np.stack([cloud[r][k][:] for k in "xyz"], axis=-1)[moving]
+                    for r in ("position", "velocity")
+                }
+                state = {name: cloud[name][:] for name in POINT_STATE if name in cloud}
+                if "stress" in cloud:
+                    state["pressure"] = (
+                        sum(cloud["stress"][name][:] for name in ("xx", "yy", "zz")) / 3.0
+                    )
+                self.kept = (
+                    step,
+                    Cloud(
+                        vector["position"],
+                        vector["velocity"],
+                        cloud["mass"][:][moving],
+                        cloud["solid_volume"][:][moving],
+                        state,
+                    ),
+                )
+        return self.kept[1]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Centres x (nx,) and y (ny,) [m] of the cells that fields of shape (ny, nx) belong to; cell_volume [m3]."""
+
+    x: np.ndarray
+    y: np.ndarray
+    cell_volume: float
+
+    @property
+    def spacing(self) -> float:
+        return self.x[1] - self.x[0]
+
+
+@dataclass
+class Fields:
+    """Fields of one run: fields["density"] has shape (frames, ny, nx), tensors a trailing (3, 3)."""
+
+    grid: Grid
+    time: np.ndarray
+    values: dict | h5py.Group
+    loaded: dict = field(default_factory=dict)
+
+    def __contains__(self, name):
+        return name in self.values
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self.loaded:
+            self.loaded[name] = np.asarray(self.values[name][...], dtype=float)
+        return self.loaded[name]
+
+
+@dataclass
+class Run:
+    """One run: its case, its frames, its energy history [J] and the fields mapped from it.
+
+    `mass_scale` multiplies mass and energies, so that both clouds of a pair weigh the same: a slab of plane strain is
+    as well a slab that much thicker. `reference_energy` [J] is the energy the grains release.
+    """
+
+    name: str
+    engine: str
+    case: Case
+    time: np.ndarray  # of the frames [s]
+    clouds: Sequence[Cloud]
+    energy: dict[str, np.ndarray]
+    attributes: dict = field(default_factory=dict)
+    fields: Fields | None = None
+    mass_scale: float = 1.0
+    reference_energy: float = 1.0
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(H/g) [s]"""
+        return float(np.sqrt(self.case["geometry.height"] / self.case["geometry.gravity"]))
+
+    @property
+    def length(self) -> float:
+        return self.case["geometry.length"]
+
+    @property
+    def height(self) -> float:
+        return self.case["geometry.height"]
+
+    @property
+    def diameter(self) -> float:
+        return self.case["grains.diameter"]
+
+    @cached_property
+    def mass(self) -> float:
+        """[kg], not scaled"""
+        return float(np.sum(self.clouds[0].mass))
+
+    def tau(self) -> np.ndarray:
+        """Times of the frames in sqrt(H/g)."""
+        return self.time / self.time_scale
+
+    def energy_tau(self) -> np.ndarray:
+        return self.energy["time"] / self.time_scale
+
+    def joules(self, name: str) -> np.ndarray:
+        """A column of the energy history, scaled by mass [J]; zero where the engine has none."""
+        return self.mass_scale * self.energy.get(name, np.zeros_like(self.energy["time"]))
+
+    def normalised(self, name: str) -> np.ndarray:
+        """The same in units of the reference energy."""
+        return self.joules(name) / self.reference_energy
+
+    def released(self) -> float:
+        """Potential energy at release minus that at the end [J]."""
+        potential = self.joules("potential")
+        return float(potential[0] - potential[-1])
+
+
+def open_run(path: str | Path) -> Run:
+    """The run of a result file; raises CaseError when it is not one."""
+    path = Path(path)
+    try:
+        with h5py.File(path) as f:
+            attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in f.attrs.items()}
+            steps = sorted(int(name) for name in f["data"])
+            time = np.array([f[f"data/{step}"].attrs["time"] for step in steps])
+            energy = {name: data[:] for name, data in f["energy"].items()}
+    except (OSError, KeyError, ValueError) as error:
+        raise CaseError(f"{path}: not a run of grainpair ({error})") from error
+    if not steps:
+        raise CaseError(f"{path}: no frames")
+    return Run(
+        path.stem,
+        attributes["engine"],
+        parse(attributes["case_resolved"], path),
+        time,
+        StoredClouds(path, steps),
+        energy,
+        attributes,
+    )
+
+
+def open_fields(path: str | Path, name: str) -> Fields:
+    """Fields of the run `name` in a file of grain_map."""
+    f = h5py.File(path)
+    grid = Grid(f["grid/x"][:], f["grid/y"][:], float(f["grid"].attrs["cell_volume"]))
+    return Fields(grid, f[name]["time"][:], f[name])

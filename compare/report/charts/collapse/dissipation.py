@@ -1,0 +1,21 @@
+"""What the two maps of dissipation share."""
+
+import numpy as np
+from matplotlib.colors import Normalize
+
+from compare.report.charts.collapse import colour_bar, draw_points
+
+
+def draw_dissipation(run, narrow, kind: str):
+    scale = run.case["geometry.gravity"] * run.height
+    record = f"{kind}_dissipation"
+    top = np.quantile(run.clouds[-1].state[record], 0.98) / scale
+    drawn = draw_points(
+        run,
+        narrow,
+        lambda frame: run.clouds[frame].state[record] / scale,
+        "inferno",
+        Normalize(0.0, max(top, 1e-12), clip=True),
+    )
+    colour_bar(*drawn, f"specific {kind} dissipation $/gH$", extend="max")
+    return drawn[0]

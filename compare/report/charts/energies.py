@@ -1,0 +1,37 @@
+from compare.report.charts import COLOUR, LABEL, chart, panels
+
+PANELS = (
+    ("kinetic", "kinetic energy $E_k/E_0$"),
+    ("potential", "potential energy left $(E_p - E_p^{end})/E_0$"),
+    ("dissipated", "energy dissipated $D/E_0$"),
+)
+
+
+@chart("Energies", order=5)
+def energies(comparison, narrow):
+    figure, axes = panels(3, narrow, height=3.0)
+    for ax, (name, label) in zip(axes, PANELS):
+        for runs in (comparison.mpm, comparison.dem):
+            for i, run in enumerate(runs):
+                values = run.normalised(name)
+                if name == "potential":
+                    values = values - values[-1]
+                ax.plot(
+                    run.energy_tau(),
+                    values,
+                    color=COLOUR[run.engine],
+                    alpha=1.0 if i == 0 else 0.3,
+                    label=LABEL[run.engine] if i == 0 else None,
+                )
+        ax.set(xlabel="t/√(H/g)", title=label, xlim=(0.0, None))
+        ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
+    axes[0].legend()
+    scatter = (
+        " Faint lines are the other runs of the ensemble."
+        if len(comparison.dem) + len(comparison.mpm) > 2
+        else ""
+    )
+    return figure, (
+        "Kinetic energy, potential energy above its end value, and physically dissipated energy, all over the "
+        "energy E0 that the grains release." + scatter
+    )

@@ -1,0 +1,81 @@
+"""What the three maps share: one quantity, three instants, continuum and grains side by side on one colour scale."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from compare.report.charts import LABEL, NARROW, WIDE
+from compare.mapping.reductions import bulk_solid_fraction, common_frames, surface
+
+
+def instants(comparison) -> list[tuple[int, int]]:
+    """Frames nearest to the grains' kinetic-energy peak and to 1.8 times its time, and the last frame of each."""
+    mpm, dem = comparison.first
+    frames = common_frames(mpm, dem)
+    peak = dem.energy_tau()[np.argmax(dem.joules("kinetic"))]
+    tau = mpm.tau()
+    chosen = [min(frames, key=lambda f: abs(tau[f[0]] - t)) for t in (peak, 1.8 * peak)]
+    return sorted({*chosen, (len(mpm.time) - 1, len(dem.time) - 1)})
+
+
+def filled(run, frame, values):
+    """The values where the solid fraction exceeds a quarter of the bulk's, masked elsewhere."""
+    return np.ma.masked_where(
+        ~(run.fields["solid_fraction"][frame] > 0.25 * bulk_solid_fraction(run)), values
+    )
+
+
+def draw_maps(comparison, narrow, values, label, norm, cmap):
+    """values(run, frame) -> (ny, nx)."""
+    shown = instants(comparison)
+    runs = comparison.first
+    length = runs[0].length
+    grid = runs[0].fields.grid
+    top = 1.12 * max(surface(run, frame).max() for run, frame in zip(runs, shown[0]))
+    far = (
+        max(
+            grid.x[
+                (run.fields["solid_fraction"][f] > 0.25 * bulk_solid_fraction(run)).any(axis=0)
+            ].max()
+            for pair in shown
+            for run, f in zip(runs, pair)
+        )
+        + 2 * grid.spacing
+    )
+    width = NARROW if narrow else WIDE
+    columns = 1 if narrow else 2
+    panel = (width - 1.0) / columns * top / far + 0.42
+    count = 2 * len(shown) if narrow else len(shown)
+    figure, axes = plt.subplots(
+        count,
+        columns,
+        figsize=(width, panel * count + 0.9),
+        squeeze=False,
+        sharex=True,
+        sharey=True,
+        layout="constrained",
+    )
+    panels_shown = [(run, pair[k]) for pair in shown for k, run in enumerate(runs)]
+    edges = [
+        np.append(a - 0.5 * grid.spacing, a[-1] + 0.5 * grid.spacing) / length
+        for a in (grid.x, grid.y)
+    ]
+    for ax, (run, frame) in zip(axes.ravel(), panels_shown):
+        image = ax.pcolormesh(
+            *edges, filled(run, frame, values(run, frame)), norm=norm, cmap=cmap, rasterized=True
+        )
+        ax.set(aspect="equal", xlim=(0.0, far / length), ylim=(0.0, top / length))
+        ax.grid(False)
+        ax.set_title(f"{LABEL[run.engine]}, t = {run.tau()[frame]:.1f} √(H/g)", loc="left")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("$y/L_0$")
+    for ax in axes[-1]:
+        ax.set_xlabel("$x/L_0$")
+    figure.colorbar(
+        image,
+        ax=axes,
+        location="bottom" if narrow else "right",
+        label=label,
+        shrink=0.9 if narrow else 0.75,
+        aspect=30,
+    )
+    return figure

@@ -1,0 +1,187 @@
+"""Compares the runs of a folder and writes the report: python3 -m compare.report RUNDIR.
+
+RUNDIR holds mpm.h5 and dem.h5 (and, for an ensemble, more files mpm*.h5 and dem*.h5). Written there: fields.h5,
+metrics.json, figures/*.svg and *.png, report.html.
+"""
+
+import argparse
+import base64
+import io
+import json
+import shutil
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import jinja2
+import matplotlib.pyplot as plt
+
+from compare.verdict import comparison
+from compare.verdict import controls
+from compare.report.charts import STYLE, all_charts
+from cases.errors import CaseError, EngineError
+from cases.files import write_atomically
+from compare.report.width_study import study
+
+HEADLINES = {
+    "run_out": "Run-out",
+    "final_height": "Final height",
+    "kinetic_energy_peak_time": "Time of the kinetic-energy peak",
+    "kinetic_energy_peak": "Kinetic-energy peak",
+    "dissipated_energy": "Energy dissipated",
+    "unaccounted_energy": "Energy unaccounted for",
+    "wasserstein_x": "Distance of the deposits along x",
+    "cpu_seconds": "Processor time",
+}
+
+
+@dataclass(frozen=True)
+class Figure:
+    name: str
+    title: str
+    sentence: str
+    wide: str  # data URI
+    narrow: str
+
+
+def draw(chart, c, folder: Path) -> Figure | None:
+    """Draws a chart for wide and narrow pages; the wide one also goes into `folder` as SVG and PNG."""
+    images, sentence = {}, ""
+    with plt.rc_context(STYLE):
+        for narrow in (False, True):
+            drawn = chart.draw(c, narrow)
+            if drawn is None:
+                return None
+            figure, sentence = drawn
+            figure.draw_without_rendering()  # lays out, once for all formats
+            figure.set_layout_engine("none")
+            svg = io.StringIO()
+            figure.savefig(
+                svg, format="svg", dpi=160, metadata={"Date": None, "Title": chart.title}
+            )
+            images[narrow] = svg.getvalue()
+            if not narrow:
+                (folder / f"{chart.name}.svg").write_text(svg.getvalue())
+                figure.savefig(folder / f"{chart.name}.png", dpi=160)
+            plt.close(figure)
+    uri = {
+        k: "data:image/svg+xml;base64," + base64.b64encode(v.encode()).decode()
+        for k, v in images.items()
+    }
+    return Figure(chart.name, chart.title, sentence, uri[False], uri[True])
+
+
+def draw_all(charts, subject, folder: Path, tell) -> list[Figure]:
+    """Draws charts into `folder`, which is made or replaced once all are there; tell(share of them drawn, text)."""
+    figures = []
+    with tempfile.TemporaryDirectory(prefix=".figures-", dir=folder.parent) as scratch:
+        for i, chart in enumerate(charts):
+            tell(i / len(charts), f"figure: {chart.title.lower()}")
+            figures.append(draw(chart, subject, Path(scratch)))
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(scratch, folder)
+        folder.chmod(folder.parent.stat().st_mode & 0o777)  # a scratch folder is its owner's alone
+    return [f for f in figures if f]
+
+
+def provenance(runs) -> list[dict]:
+    keys = (
+        "engine",
+        "engine_version",
+        "commit",
+        "seed",
+        "date",
+        "machine",
+        "threads",
+        "cpu_seconds",
+        "wall_seconds",
+        "end_reason",
+        "command",
+    )
+    return [
+        {"file": f"{run.name}.h5"} | {k: run.attributes.get(k, "") for k in keys} for run in runs
+    ]
+
+
+def page(template: str, runs, case, **values) -> str:
+    """An HTML page of a template that extends page.html.j2; it ends with the provenance of `runs` and the case."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = lambda x: "–" if x is None else f"{x:.4g}"
+    environment.filters["percent"] = lambda x: "–" if x is None else f"{100 * x:+.1f} %"
+    return environment.get_template(template).render(
+        provenance=provenance(runs), case=case.resolved, **values
+    )
+
+
+def render(
+    c, metrics: dict, figures: list[Figure], judged: list[controls.Control], mapping: dict
+) -> str:
+    case = c.dem[0].case
+    return page(
+        "report.html.j2",
+        c.mpm + c.dem,
+        case,
+        title=case.values.get("title", "Comparison"),
+        verdict=metrics["verdict"]["value"],
+        metrics=metrics,
+        headlines=HEADLINES,
+        figures=figures,
+        controls=judged,
+        control_words=controls.WORDS,
+        mapping=mapping,
+        counts={"mpm": len(c.mpm), "dem": len(c.dem)},
+    )
+
+
+def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=()) -> dict:
+    """Everything from the HDF5 of the runs; returns the metrics. `options` go to grain_map; `widths` [d], when given,
+    make a width study."""
+    mpm, dem = comparison.run_files(folder)
+    tell(0.0, "mapping both clouds onto one grid")
+    comparison.map_fields([*mpm, *dem, *controls.files(folder)], folder / "fields.h5", *options)
+    tell(0.3, "metrics")
+    c = comparison.load(folder)
+    judged = controls.judge_all(c, folder)
+    metrics = comparison.evaluate(c) | controls.entries(judged)
+    if widths:
+        tell(0.35, "width study")
+        c.width_study = study(c.dem[0], dem[0], widths, options)
+    write_atomically(folder / "metrics.json", json.dumps(metrics, indent=1) + "\n")
+
+    figures = draw_all(
+        all_charts(), c, folder / "figures", lambda share, text: tell(0.4 + 0.55 * share, text)
+    )
+    attributes = c.dem[0].fields.values.file.attrs
+    mapping = {k: v.decode() if isinstance(v, bytes) else v for k, v in attributes.items()}
+    write_atomically(folder / "report.html", render(c, metrics, figures, judged, mapping))
+    tell(1.0, "report written")
+    return metrics
+
+
+def main(words: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="compare.report", description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="folder that holds mpm.h5 and dem.h5")
+    parser.add_argument("--progress", action="store_true", help="print progress lines")
+    options = parser.parse_args(words)
+    tell = (
+        (lambda fraction, text: print(f"progress {fraction:.2f} {text}", flush=True))
+        if options.progress
+        else (lambda fraction, text: None)
+    )
+    try:
+        compare(options.folder, tell=tell)
+    except CaseError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except EngineError as error:
+        print(error, file=sys.stderr)
+        return 3
+    return 0
+
+

@@ -1,0 +1,121 @@
+"""Stability maps: every run by its class, the measured boundary, the claimed limit and the default."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from compare.report.charts import INK
+from compare.study.charts import STUDY_STYLE, save
+from compare.study.atlas import default_of, limit, relaxation_limit
+
+CLASSES = {
+    "ok": ("o", "#2c7a4b"),
+    "energy growth": ("^", "#b3261e"),
+    "energy drift": ("v", "#d9730d"),
+    "ejected points": ("D", "#7b4ea3"),
+    "inverted volume": ("s", "#8a5a00"),
+    "not a number": ("X", "#26292e"),
+    "timeout": ("P", "#5d636d"),
+    "lost grains": ("D", "#7b4ea3"),
+    "inaccurate": ("v", "#d9730d"),
+    "refused": ("x", "#5d636d"),
+    "engine failure": ("x", "#26292e"),
+}
+
+
+def draw(planes: list[dict], rows: list[list], scene, path: Path) -> str:
+    columns = 3
+    with plt.rc_context(STUDY_STYLE):
+        lines = len(planes) // columns + 1  # the last panel is the legend's
+        figure, axes = plt.subplots(
+            lines, columns, figsize=(11.0, 3.3 * lines), squeeze=False, layout="constrained"
+        )
+        tips, seen = {}, set()
+        for n, (ax, plane) in enumerate(zip(axes.ravel(), planes)):
+            heights = np.arange(len(rows[n]))
+            for height, (value, row) in zip(heights, rows[n]):
+                for k, run in enumerate(row["runs"]):
+                    marker, colour = CLASSES[run["status"]]
+                    warned = run["status"] == "ok" and run.get("warnings", "none") != "none"
+                    gid = f"{path.stem}-{n}-{height}-{k}"
+                    ax.plot(
+                        run["value"],
+                        height,
+                        marker,
+                        color="white" if warned else colour,
+                        mec=colour,
+                        ms=5.5,
+                        gid=gid,
+                    )
+                    tips[gid] = (
+                        f"{run['status']} at {plane['along']} = {run['value']:.4g}, {plane['across']} = {value}\n"
+                        f"{run.get('message', '')} {run.get('warnings', '')}\n{run.get('command', '')}"
+                    )
+                    seen.add(run["status"])
+            between = [
+                np.sqrt(row["good"] * row["bad"])
+                if np.isfinite(row["good"] * row["bad"])
+                else np.nan
+                for _, row in rows[n]
+            ]
+            ax.plot(between, heights, "-", color=INK, lw=1.4, zorder=1)
+            ax.plot(
+                [limit(plane, value, scene) for value, _ in rows[n]],
+                heights,
+                "--",
+                color="#1f5fa8",
+                lw=1.4,
+                zorder=1,
+            )
+            ax.plot(
+                [relaxation_limit(plane, value, scene) for value, _ in rows[n]],
+                heights,
+                "-.",
+                color="#b0367a",
+                lw=1.4,
+                zorder=1,
+            )
+            ax.axvline(default_of(plane, scene), color="#8a8f98", ls=":", lw=1.4, zorder=1)
+            ax.set(xscale="log", title=plane["name"], xlabel=plane["along"].replace("_", " "))
+            ax.set_yticks(heights, [f"{value:g}" for value, _ in rows[n]])
+            ax.set_ylabel(plane["across"].replace("_", " "))
+        for ax in axes.ravel()[len(planes) :]:
+            ax.set_axis_off()
+        handles = [
+            plt.Line2D(
+                [], [], ls="none", marker=CLASSES[name][0], color=CLASSES[name][1], label=name
+            )
+            for name in CLASSES
+            if name in seen
+        ]
+        handles += [
+            plt.Line2D(
+                [],
+                [],
+                ls="none",
+                marker="o",
+                color="white",
+                mec=CLASSES["ok"][1],
+                label="ok, with a warning",
+            ),
+            plt.Line2D([], [], color=INK, label="measured boundary"),
+            plt.Line2D([], [], color="#1f5fa8", ls="--", label="claimed limit"),
+            plt.Line2D([], [], color="#b0367a", ls="-.", label="relaxation of temperature"),
+            plt.Line2D([], [], color="#8a8f98", ls=":", label="default"),
+        ]
+        axes.ravel()[-1].legend(handles=handles, loc="center", ncols=2, fontsize=8)
+        return save(figure, path, tips)
+
+
+def draw_trends(trends, path: Path) -> str:
+    """Damping by the numerics over the step, one line per scheme."""
+    with plt.rc_context(STUDY_STYLE):
+        figure, ax = plt.subplots(figsize=(6.0, 3.4), layout="constrained")
+        for name, rows in trends.groupby("trend", sort=False):
+            ax.loglog(rows["value"], rows["damping"], "o-", label=name)
+        ax.set(
+            xlabel="mpm.time_step_fraction", ylabel="energy lost / ∫ kinetic energy dt  [1/√(H/g)]"
+        )
+        ax.legend(fontsize=8)
+        return save(figure, path, {})

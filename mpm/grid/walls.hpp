@@ -1,0 +1,53 @@
+// What a boundary does to a nodal velocity. A wall is a face of the grid; its normal is an axis.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "mpm/numbers/tensor.hpp"
+
+namespace grainpair {
+
+enum class Contact {
+  roller,   // no motion through the wall, none away from it either; free along it
+  fixed,    // no motion at all
+  coulomb,  // no motion through the wall; free to leave; friction along it
+};
+
+struct Wall {
+  Contact contact = Contact::roller;
+  double friction = 0.0;  // of a coulomb wall [-]
+
+  /// Velocity after contact; `side` is +1 where the body lies on the positive side of the wall,
+  /// else -1.
+  template <class Vec>
+  Vec apply(Vec v, int axis, double side) const {
+    if (contact == Contact::fixed) return Vec::Zero();
+    if (contact == Contact::roller) {
+      v[axis] = 0.0;
+      return v;
+    }
+    const double approach = -side * v[axis];
+    if (approach <= 0.0) return v;
+    v[axis] = 0.0;
+    // the tangential impulse is at most mu times the normal one, and no more than stops the slip
+    const double slip = v.norm();
+    if (slip > 0.0) v *= std::max(0.0, 1.0 - friction * approach / slip);
+    return v;
+  }
+};
+
+/// A gate at x = position, whose lower edge is at y = edge(t): nothing passes it above that edge.
+struct Gate {
+  double position = 0.0, speed = 0.0;
+  bool present = false;
+  bool closes(double x, double y, double time) const {
+    return present && x >= position && y >= speed * time;
+  }
+};
+
+/// walls[axis][0] at the low end, [1] at the high end.
+template <int Dim>
+using Walls = std::array<std::array<Wall, 2>, Dim>;
+
+}  // namespace grainpair

@@ -1,0 +1,223 @@
+#include "mpm/output/output.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <chrono>
+
+#include "mpm/step/simulation.hpp"
+#include "mpm/version.hpp"
+
+namespace grainpair {
+
+namespace {
+
+// openPMD unitDimension: powers of length, mass, time, current, temperature, amount, luminosity
+using Dimension = std::array<double, 7>;
+constexpr Dimension none{}, length{1}, mass{0, 1}, volume{3}, speed{1, 0, -1},
+    speed_squared{2, 0, -2}, stress{-1, 1, -2};
+
+void describe_component(hid_t object, const std::string& unit) {
+  hdf5::write_attribute(object, "unitSI", 1.0);
+  hdf5::write_attribute(object, "unit", unit);
+}
+
+void describe_record(hid_t object, const Dimension& dimension) {
+  hdf5::write_attribute(object, "unitDimension", std::span<const double>(dimension));
+  hdf5::write_attribute(object, "timeOffset", 0.0);
+}
+
+class Records {
+ public:
+  Records(hid_t parent, std::size_t n) : parent_(parent), n_(n) {}
+
+  template <class T, class F>
+  void scalar(const std::string& name, const std::string& unit, const Dimension& dimension,
+              F&& value) {
+    const auto dataset = component<T>(parent_, name, unit, value);
+    describe_record(dataset, dimension);
+  }
+
+  template <class F>
+  void tensor(const std::string& name, const std::string& unit, const Dimension& dimension,
+              const std::vector<std::string>& components, F&& value) {
+    const auto group = hdf5::create_group(parent_, name);
+    describe_record(group, dimension);
+    for (std::size_t c = 0; c < components.size(); ++c)
+      component<double>(group, components[c], unit,
+                        [&](std::size_t p) { return value(p, static_cast<int>(c)); });
+  }
+
+ private:
+  template <class T, class F>
+  hdf5::Handle component(hid_t parent, const std::string& name, const std::string& unit,
+                         F&& value) {
+    std::vector<T> values(n_);
+    for (std::size_t p = 0; p < n_; ++p) values[p] = static_cast<T>(value(p));
+    auto dataset = hdf5::write_dataset<T>(parent, name, values);
+    describe_component(dataset, unit);
+    return dataset;
+  }
+
+  hid_t parent_;
+  std::size_t n_;
+};
+
+std::string today() {
+  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  return fmt::format("{:%Y-%m-%d %H:%M:%S +0000}", fmt::gmtime(now));
+}
+
+std::string host() {
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+}  // namespace
+
+Output::Output(std::filesystem::path path, const Case& scene, const Provenance& provenance)
+    : path_(std::move(path)),
+      part_(path_.string() + ".part"),
+      file_(std::make_unique<hdf5::Handle>(hdf5::create_file(part_.string()))) {
+  const auto write = [&](const char* name, const auto& value) {
+    hdf5::write_attribute(*file_, name, value);
+  };
+  write("openPMD", std::string("1.1.0"));
+  write("openPMDextension", std::uint32_t{0});
+  write("basePath", std::string("/data/%T/"));
+  write("particlesPath", std::string("particles/"));
+  write("meshesPath", std::string("meshes/"));
+  write("iterationEncoding", std::string("groupBased"));
+  write("iterationFormat", std::string("/data/%T/"));
+  write("software", std::string("grainpair"));
+  write("softwareVersion", std::string(GRAINPAIR_COMMIT));
+  write("date", today());
+  write("machine", host());
+  write("schema_version", 1);
+  write("engine", std::string("mpm"));
+  write("engine_version", std::string(GRAINPAIR_COMMIT));
+  write("commit", std::string(GRAINPAIR_COMMIT));
+  write("seed", static_cast<int>(provenance.seed));
+  write("case", scene.text());
+  write("case_resolved", scene.resolved());
+  write("command", provenance.command);
+  write("threads", provenance.threads);
+  write("time_scale", time_scale(scene));
+}
+
+Output::~Output() {
+  std::error_code ignored;
+  std::filesystem::remove(part_, ignored);
+}
+
+void Output::frame(const Simulation& simulation, long step, double dt) {
+  const auto group = hdf5::create_group(*file_, fmt::format("data/{}", step));
+  hdf5::write_attribute(group, "time", simulation.time());
+  hdf5::write_attribute(group, "dt", dt);
+  hdf5::write_attribute(group, "timeUnitSI", 1.0);
+  const auto cloud = hdf5::create_group(group, "particles/cloud");
+  const std::vector<std::string> xyz{"x", "y", "z"};
+  simulation.visit_points([&](const auto& points) {
+    // points move between frames in memory; in the file a point keeps its row
+    std::vector<std::size_t> row(points.size());
+    for (std::size_t p = 0; p < points.size(); ++p) row[points.id[p]] = p;
+    const double solid_density = simulation.solid_density();
+    Records records(cloud, points.size());
+    const auto of = [&](const auto& field) { return [&](std::size_t i) { return field[row[i]]; }; };
+    records.tensor("position", "m", length, xyz,
+                   [&](std::size_t i, int c) { return simulation.position(row[i])[c]; });
+    records.tensor("positionOffset", "m", length, xyz, [](std::size_t, int) { return 0.0; });
+    records.tensor("velocity", "m/s", speed, xyz,
+                   [&](std::size_t i, int c) { return simulation.velocity(row[i])[c]; });
+    records.tensor("stress", "Pa", stress, {"xx", "yy", "zz", "xy", "yz", "zx"},
+                   [&](std::size_t i, int c) {
+                     // what the grid feels: the pressure averaged as the volumetric rate is
+                     return c < 3 ? points.sigma[row[i]][c] + simulation.pressure_correction(row[i])
+                                  : points.sigma[row[i]][c] / std::numbers::sqrt2;
+                   });
+    records.template scalar<std::uint32_t>("id", "-", none, of(points.id));
+    records.template scalar<double>("mass", "kg", mass, of(points.mass));
+    records.template scalar<double>("solid_volume", "m3", volume, [&](std::size_t i) {
+      return points.mass[row[i]] / solid_density;
+    });
+    records.template scalar<double>("void_ratio", "-", none, of(points.void_ratio));
+    records.template scalar<double>("granular_temperature", "m2/s2", speed_squared,
+                                    of(points.granular_temperature));
+    records.template scalar<std::uint8_t>("regime", "-", none, of(points.regime));
+    records.template scalar<double>("deviatoric_strain", "-", none, of(points.deviatoric_strain));
+    records.template scalar<double>("plastic_dissipation", "J/kg", speed_squared,
+                                    of(points.plastic));
+    records.template scalar<double>("collisional_dissipation", "J/kg", speed_squared,
+                                    of(points.collisional));
+    records.template scalar<double>("conducted", "J/kg", speed_squared, of(points.conducted));
+  });
+}
+
+void Output::energies(const Simulation& simulation, const TimeStep& step) {
+  rows_.push_back({simulation.time(), step.dt, simulation.ledger(), static_cast<int>(step.limit)});
+}
+
+void Output::warnings(const std::vector<std::string>& lines) {
+  hdf5::write_attribute(
+      *file_, "warnings",
+      lines.empty() ? std::string("none") : fmt::format("{}", fmt::join(lines, "\n")));
+}
+
+void Output::finish(const std::string& end_reason, double cpu_seconds, double wall_seconds,
+                    long steps) {
+  hdf5::write_attribute(*file_, "end_reason", end_reason);
+  hdf5::write_attribute(*file_, "cpu_seconds", cpu_seconds);
+  hdf5::write_attribute(*file_, "wall_seconds", wall_seconds);
+  hdf5::write_attribute(*file_, "steps", static_cast<std::int64_t>(steps));
+  {
+    const auto group = hdf5::create_group(*file_, "energy");
+    const auto column = [&](const char* name, const char* unit, const char* doc, auto&& value) {
+      std::vector<double> values;
+      for (const Row& row : rows_) values.push_back(value(row));
+      const auto dataset = hdf5::write_dataset<double>(group, name, values);
+      hdf5::write_attribute(dataset, "unit", std::string(unit));
+      hdf5::write_attribute(dataset, "doc", std::string(doc));
+    };
+    const auto account = [&](const char* name, const char* doc, double EnergyLedger::*field) {
+      column(name, "J", doc, [field](const Row& row) { return row.ledger.*field; });
+    };
+    column("time", "s", "time since the release", [](const Row& row) { return row.time; });
+    account("kinetic", "kinetic energy of the points [Ceccato2019, Eq. 18]",
+            &EnergyLedger::kinetic);
+    account("potential", "potential energy, zero at y = 0 [Ceccato2019, Eq. 17]",
+            &EnergyLedger::potential);
+    account("elastic", "elastic energy stored", &EnergyLedger::stored);
+    account("fluctuation", "kinetic energy of velocity fluctuations [Ceccato2019, Eq. 11]",
+            &EnergyLedger::fluctuation);
+    account("dissipated_plastic", "dissipated by plastic flow [Ceccato2019, Eq. 9]",
+            &EnergyLedger::plastic);
+    account("dissipated_collisional", "dissipated by collisions", &EnergyLedger::collisional);
+    account("dissipated_wall", "work done on the walls", &EnergyLedger::wall);
+    account("loss_transfer", "numerical: lost between points and grid", &EnergyLedger::transfer);
+    account("loss_time_integration", "numerical: lost by the finite step",
+            &EnergyLedger::time_integration);
+    account("loss_mixing", "numerical: lost where void ratios mix within a cell",
+            &EnergyLedger::mixing);
+    account("loss_detached", "numerical: work of points on motion beyond the volume of their cell",
+            &EnergyLedger::detached);
+    account("loss_conduction",
+            "numerical: made where conduction asks a point for more than it holds",
+            &EnergyLedger::conduction);
+    account("conducted",
+            "fluctuation that conduction has passed from point to point; part of no sum",
+            &EnergyLedger::conducted);
+    column("dissipated", "J", "all physical dissipation",
+           [](const Row& row) { return row.ledger.dissipated(); });
+    column("unaccounted", "J", "sum of the numerical losses",
+           [](const Row& row) { return row.ledger.numerical(); });
+    column("time_step", "s", "time step", [](const Row& row) { return row.time_step; });
+    column("limit", "-", "what limits the step: 1 elastic, 2 critical state, 3 viscous",
+           [](const Row& row) { return static_cast<double>(row.limit); });
+  }
+  file_.reset();
+  std::filesystem::rename(part_, path_);
+}
+
+}  // namespace grainpair

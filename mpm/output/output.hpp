@@ -1,0 +1,44 @@
+// mpm.h5: frames of points and the energy history, in the layout that CONTRIBUTING.md describes.
+// The schema of the continuum's result file is written here, once.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "cases/case.hpp"
+#include "mpm/output/hdf5.hpp"
+#include "mpm/step/solver.hpp"
+
+namespace grainpair {
+
+/// How a run came about and what it took.
+struct Provenance {
+  std::string command;
+  unsigned seed = 0;
+  int threads = 1;
+};
+
+class Output {
+ public:
+  /// Starts `path`.part; nothing appears at `path` before finish().
+  Output(std::filesystem::path path, const Case& scene, const Provenance& provenance);
+  ~Output();  // an unfinished file is removed
+
+  void frame(const Simulation& simulation, long step, double dt);
+  void energies(const Simulation& simulation, const TimeStep& step);
+  /// What spoiled the result without ending the run; `warnings` of the file's root.
+  void warnings(const std::vector<std::string>& lines);
+  void finish(const std::string& end_reason, double cpu_seconds, double wall_seconds, long steps);
+
+ private:
+  struct Row {
+    double time, time_step;
+    EnergyLedger ledger;
+    int limit;
+  };
+  std::filesystem::path path_, part_;
+  std::unique_ptr<hdf5::Handle> file_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace grainpair

@@ -1,0 +1,381 @@
+// What happens to points between two visits to the grid: their strain, what the law makes of it,
+// the accounts, the new place. It depends on the kinematics and on the law, not on the grid's
+// functions; BodyOf<Law> (body.hpp) runs through it, block by block, with the law in its middle.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "mpm/grid/cell_means.hpp"
+#include "mpm/points/kinematics.hpp"
+#include "mpm/points/material.hpp"
+#include "mpm/points/numerics.hpp"
+#include "mpm/points/points.hpp"
+
+namespace grainpair {
+
+/// Points that are taken together.
+struct Strip {
+  std::size_t begin, end;
+};
+
+/// The point that allows the smallest step.
+struct Fastest {
+  double rate = 0.0;  // 2/dt [1/s]
+  Limit limit = Limit::none;
+  std::uint32_t point = 0;  // its id
+};
+
+/// Sums over the points of a strip, lane by lane until they are asked for; kept by strip so that
+/// their order never changes.
+struct PointSums {
+  EnergiesOf<Wide>
+      energies;  // stored and fluctuation held; plastic and collisional of the step [J]
+  Wide mixing = 0.0, potential = 0.0;          // [J]
+  double detached = 0.0;                       // [J]
+  std::ptrdiff_t inverted = -1, escaped = -1;  // points that ended the run
+  Fastest fastest;
+};
+
+/// What the law is to see of a step, and what it is not.
+struct Strained {
+  DeformationOf<Wide> step;
+  Wide mixing;    // what mixing adds to the volumetric rate [1/s]
+  Wide detached;  // 1 where the point has come to fill its cell, else 0
+};
+
+/// The box of cells that points can reach until the next sorting.
+template <int Dim>
+struct ActiveBox {
+  std::array<int, Dim> begin{}, end{};  // cells
+  std::array<double, Dim> length{};     // of the grid [m]
+  double inverse_h = 0.0;               // [1/m]
+
+  template <class Vec>
+  auto holds(const Vec& x) const {
+    auto inside = x[0] >= 0.0 && x[0] < length[0];
+    for (int d = 1; d < Dim; ++d) inside = inside && x[d] >= 0.0 && x[d] < length[d];
+    return inside;
+  }
+  /// Number of the cell at x.
+  template <class Vec>
+  typename Vec::Scalar cell(const Vec& x) const {
+    typename Vec::Scalar out = 0.0;
+    for (int d = 0; d < Dim; ++d)
+      out = out * static_cast<double>(end[d] - begin[d]) +
+            (trunc(x[d] * inverse_h) - static_cast<double>(begin[d]));
+    return out;
+  }
+  std::size_t cells() const {
+    std::size_t out = 1;
+    for (int d = 0; d < Dim; ++d) out *= static_cast<std::size_t>(end[d] - begin[d]);
+    return out;
+  }
+};
+
+/// A regime's number of each point of a block.
+template <class B>
+void store_regime(const Wide& from, const B& block, std::vector<std::int32_t>& regime) {
+  using Four [[gnu::vector_size(16), gnu::aligned(4)]] = std::int32_t;
+  const auto numbers = __builtin_convertvector(lanes(from), LanesOf<std::int32_t, 4>);
+  if (block.count == Wide::size())
+    *reinterpret_cast<Four*>(&regime[block.first]) = numbers;
+  else
+    for (std::size_t lane = 0; lane < block.count; ++lane) regime[block(lane)] = numbers[lane];
+}
+
+template <class Kinematics>
+class PointStage {
+ public:
+  static constexpr int dim = Kinematics::dimension;
+  template <class Real>
+  using VecOf = VectorOf<dim, Real>;
+  template <class Real>
+  using MatOf = MatrixOf<dim, Real>;
+  using Vec = VecOf<double>;
+  using Where = std::conditional_t<dim == 2, InPlane, InSpace>;
+
+  Points<dim> points;
+  // what the grid gave
+  ExchangedColumns<MatOf> velocity_gradient;  // [1/s]
+  ExchangedColumns<VecOf> grid_velocity;      // at the points, which move with it [m/s]
+  std::vector<double> hoop;                   // v_r/r, where the run is axisymmetric [1/s]
+  std::vector<double>
+      volumetric_rate;  // averaged over nodes, or not at all; compression positive [1/s]
+  // what points of a cell share
+  ActiveBox<dim> box;
+  std::vector<double> pressure;         // of sigma alone [Pa]
+  std::vector<double> shared_pressure;  // averaged over nodes [Pa]
+  CellMeans rates,
+      pressures;  // volumetric rates and void ratios [1/s], [-]; pressures of sigma [Pa]
+
+  /// `narrow`: what comes from the grid comes in single precision.
+  PointStage(const Numerics& numerics, Points<dim> of, double point_size, double density,
+             const Vec& weight, bool narrow)
+      : points(std::move(of)),
+        velocity_gradient(points.size(), narrow),
+        grid_velocity(points.size(), narrow),
+        hoop(Kinematics::axisymmetric ? points.size() : 0),
+        volumetric_rate(points.size()),
+        pressure(points.size()),
+        shared_pressure(numerics.averaging == VolumetricAveraging::nodal ? points.size() : 0),
+        numerics_(numerics),
+        specific_volume_(1.0 / density),
+        gravity_(weight) {
+    for (const double e : points.void_ratio) loosest_mixed_ = std::max(loosest_mixed_, 2.0 * e);
+    const double room = std::pow(std::max(1.0, 2.0 * point_size / numerics.h), dim);
+    double cell_volume = 0.0;  // of plane strain and 3-D, over the thickness simulated [m3]
+    for (std::size_t p = 0; p < points.size(); ++p)
+      cell_volume = std::max(cell_volume, volume(p) * std::pow(numerics.h / point_size, dim));
+    most_solid_ =
+        room * density *
+        (Kinematics::axisymmetric ? 2.0 * std::numbers::pi * numerics.h * numerics.h : cell_volume);
+  }
+
+  /// point[i] <- point[order[i]], of what lasts from step to step.
+  void reorder(const std::vector<std::uint32_t>& order) {
+    points.reorder(order);
+    reorder_field(pressure, order);
+    if (!shared_pressure.empty()) reorder_field(shared_pressure, order);
+  }
+
+  /// A step of dt begins, of which points take their strain and, if `moves`, their way.
+  void begin(double dt, bool moves) {
+    dt_ = dt, moves_ = moves;
+    mixing_rate_ = relaxed(dt, numerics_.void_ratio_relaxation_time) / dt;
+  }
+
+  /// Of points and their voids [m3/kg].
+  template <class B>
+  Wide specific_volume(const B& block) const {
+    return (1.0 + block.load(points.void_ratio)) * specific_volume_;
+  }
+  template <class B>
+  Wide volume(const B& block) const {
+    return block.load_once(points.mass) * specific_volume(block);
+  }
+  double volume(std::size_t p) const {
+    return points.mass[p] * (1.0 + points.void_ratio[p]) * specific_volume_;
+  }
+
+  /// Their volumetric rate and void ratio to their cells.
+  template <class B>
+  void give_rate(const B& block, const Wide& divergence) {
+    if (numerics_.averaging != VolumetricAveraging::cell) block.store(-divergence, volumetric_rate);
+    if (!numerics_.averages_rates()) return;
+    const Wide v = volume(block), e = block.load(points.void_ratio);
+    const Wide mixed = select(e < loosest_mixed_, block.load_once(points.mass), Wide(0.0));
+    rates.give(cell(block), {v, -(v * divergence), mixed, mixed * e});
+  }
+
+  /// What the law is to see of the step, and the void ratios it leads to. Points of a cell share
+  /// its rate of volume change, and their void ratios relax to its mean, mass-weighted, so that the
+  /// volume of the cell stays; the law sees the strain. Without this they would keep for ever what
+  /// their void ratios differ by; on a critical-state locus 1e-5 of it is 1 kPa, and one point in
+  /// four carries the load of all. Points more than twice as loose as any was at the start are not
+  /// in contact with the others and do not mix. A point that has come to fill its cell is detached:
+  /// it has nothing left to push against. The law sees the part of its strain that led there, and
+  /// from then on none, and its stress stays its own; what that stress did to the grid beyond is
+  /// booked as the detachment's.
+  template <class B>
+  Strained strain(const B& block, PointSums& sums) {
+    Strained out;
+    auto& step = out.step;
+    const Wide e = block.load(points.void_ratio);
+    Wide rate = 0.0;
+    out.mixing = 0.0;
+    if (numerics_.averaging != VolumetricAveraging::cell) rate = block.load(volumetric_rate);
+    if (numerics_.averages_rates()) {
+      const auto sum = rates.take(cell(block));
+      if (numerics_.averaging == VolumetricAveraging::cell) rate = sum.value / sum.weight;
+      // mixing_rate (e - mean e)/(1 + e)
+      out.mixing = select(
+          e < loosest_mixed_,
+          mixing_rate_ * (e * sum.other_weight - sum.other_value) / (sum.other_weight * (1.0 + e)),
+          Wide(0.0));
+      rate += out.mixing;
+    }
+    const auto gradient = velocity_gradient.load(block);
+    Wide around = 0.0;
+    if constexpr (Kinematics::axisymmetric) around = block.load(hoop);
+    const auto L = [&](int i, int j) {  // dv_i/dx_j
+      if (Kinematics::axisymmetric && i == 2 && j == 2) return around;
+      return i < dim && j < dim ? gradient[static_cast<std::size_t>(j)][i] : Wide(0.0);
+    };
+    constexpr double r = 1.0 / std::numbers::sqrt2;
+    step.D = {-L(0, 0),
+              -L(1, 1),
+              -L(2, 2),  // compression positive
+              -r * (L(0, 1) + L(1, 0)),
+              -r * (L(1, 2) + L(2, 1)),
+              -r * (L(2, 0) + L(0, 2))};
+    step.D = plus_isotropic(step.D, (rate - trace(step.D)) * (1.0 / 3));
+    step.spin << 0.5 * (L(2, 1) - L(1, 2)), 0.5 * (L(0, 2) - L(2, 0)), 0.5 * (L(1, 0) - L(0, 1));
+    step.dt = dt_;
+    // 1 + e_new = det(I + dt L) (1 + e)
+    const Wide J = stretched_volume<Where>(dt_ * step.D, dt_ * step.spin);
+    step.void_ratio_old = e;
+    step.void_ratio = (1.0 + e) * J - 1.0;
+    out.detached = 0.0;
+    const Wide mass = block.load(points.mass);
+    if (const auto fills = (1.0 + step.void_ratio) * mass >= most_solid(block); any(fills)) {
+      // A detached point sees no neighbours to keep det F from growing, and its volume multiplies
+      // whatever stress it is left with; yet it cannot stand for more than the cell it lies in.
+      // Points so few that they fill their cells from the start are still in contact until they
+      // have grown to twice their size.
+      const auto log = [](const Wide& a) {
+        return each_lane([](double b) { return std::log(b); }, a);
+      };
+      const Wide loosest = most_solid(block) / mass - 1.0;
+      const Wide room = log((1.0 + loosest) / (1.0 + e));
+      const Wide share = select(fills, select(room > 0.0, room / log(J), Wide(0.0)), Wide(1.0));
+      sums.detached += reduce(dt_ * (1.0 - share) *
+                              (block.load_once(points.mass) * (1.0 + e) * specific_volume_) *
+                              points.sigma.load(block).dot(step.D));
+      step.void_ratio = select(fills, loosest, step.void_ratio);
+      step.D = share * step.D;
+      out.detached = select(fills, Wide(1.0), Wide(0.0));
+    }
+    if (!all(step.void_ratio > 0.0))
+      for (std::size_t lane = 0; lane < Wide::size(); ++lane)
+        if (!(step.void_ratio[lane] > 0.0))
+          sums.inverted = static_cast<std::ptrdiff_t>(block(lane));
+    block.store(step.void_ratio, points.void_ratio);
+    block.store(
+        block.load(points.deviatoric_strain) + dt_ * std::sqrt(2.0 / 3.0) * deviator(step.D).norm(),
+        points.deviatoric_strain);
+    return out;
+  }
+
+  /// What the law made of it, to the points and to the sums. What a law without fluctuations leaves
+  /// at zero is not touched.
+  template <bool Fluctuates, class B>
+  void book(const B& block, const Wide& mixing, const Wide& detached, const Outcome& law,
+            PointSums& sums) {
+    WideTensor sigma = law.sigma;
+    if (const auto alone = detached > 0.0; any(alone))
+      sigma = select(alone, WideTensor::Zero(), sigma);
+    points.sigma.store(sigma, block, Where::tensor);
+    block.store(block.load(points.plastic) + law.energies.plastic, points.plastic);
+    const Wide m = block.load_once(points.mass), inverse_density = specific_volume(block),
+               v = m * inverse_density;
+    const Wide p = trace(sigma) * (1.0 / 3.0);
+    const bool mixes = numerics_.averages_rates();
+    if (mixes) sums.mixing += (0.5 * dt_) * (v * ((block.load(pressure) + p) * mixing));
+    if (mixes || numerics_.averaging != VolumetricAveraging::none) block.store(p, pressure);
+    sums.energies.stored += m * law.energies.stored;
+    sums.energies.plastic += m * law.energies.plastic;
+    if constexpr (Fluctuates) {
+      block.store(law.granular_temperature, points.granular_temperature);
+      block.store(law.energies.fluctuation, points.fluctuation);
+      block.store(block.load(points.collisional) + law.energies.collisional, points.collisional);
+      sums.energies.fluctuation += m * law.energies.fluctuation;
+      sums.energies.collisional += m * law.energies.collisional;
+    }
+    limit_step<Fluctuates>(block, inverse_density, law.stability, sums.fastest);
+    const Wide here = moves_ ? move(block, sums) : cell(block);
+    if (numerics_.averages_pressures()) pressures.give(here, {v, v * p});
+  }
+
+  /// To their new places, and gives the numbers of the cells there; a point that would leave the
+  /// grid is named.
+  template <class B>
+  Wide move(const B& block, PointSums& sums) {
+    const auto x = points.x.load(block) + Wide(dt_) * grid_velocity.load(block);
+    points.x.store(x, block);
+    Wide height = 0.0;
+    for (int d = 0; d < dim; ++d) height -= gravity_[d] * x[d];
+    sums.potential += block.load_once(points.mass) * height;
+    const auto inside = box.holds(x);
+    if (!all(inside))
+      for (std::size_t lane = 0; lane < block.count; ++lane)
+        if (!inside[lane]) sums.escaped = static_cast<std::ptrdiff_t>(block(lane));
+    return select(inside, box.cell(x), Wide(0.0));
+  }
+  template <class B>
+  Wide cell(const B& block) const {
+    return box.cell(points.x.load(block));
+  }
+
+  /// Their pressure to their cells.
+  template <class B>
+  void give_pressure(const B& block, const Wide& to) {
+    if (!numerics_.averages_pressures()) return;
+    const Wide v = volume(block);
+    pressures.give(to, {v, v * block.load(pressure)});
+  }
+
+  /// What the internal force takes: the stress with the pressure through the same average as the
+  /// volumetric rate, so that the work of the two is the same, sum V p avg(tr D) = sum V avg(p) tr
+  /// D [Pa].
+  template <class B>
+  WideTensor felt_stress(const B& block) const {
+    const WideTensor sigma = points.sigma.load(block, Where::tensor);
+    return plus_isotropic(sigma, pressure_correction(block, trace(sigma) * (1.0 / 3.0)));
+  }
+  /// What averaging adds to a point's own pressure [Pa].
+  template <class B>
+  Wide pressure_correction(const B& block, const Wide& own) const {
+    switch (numerics_.averaging) {
+      case VolumetricAveraging::none:
+        return 0.0;
+      case VolumetricAveraging::nodal:
+        return block.load(shared_pressure) - own;
+      case VolumetricAveraging::cell:
+        break;
+    }
+    const auto sum = pressures.take(cell(block));
+    return sum.value / sum.weight - own;
+  }
+
+  /// Largest stable step of a Kelvin-Voigt point on the grid [Belytschko2014, Eq. 6.2.19 with
+  /// damping]:
+  ///   dt = 2/omega (sqrt(1 + xi^2) - xi),  omega = 2 c sqrt(dim)/h,  xi = nu omega/(2 c^2),  nu =
+  ///   viscosity/density
+  /// (A point alone is stiffer than the bulk: c^2 sum_k dw_k^2/w_k summed over the axes, of
+  /// quadratic B-splines up to 6 dim c^2/h^2; its limit is sqrt(2/3) of this one.)
+  template <bool Viscous, class B>
+  void limit_step(const B& block, const Wide& inverse_density, const StabilityOf<Wide>& of,
+                  Fastest& fastest) const {
+    const double k = largest_wave_number_;
+    const Wide c2 = of.modulus * inverse_density,
+               damping = Viscous ? 0.5 * k * (of.viscosity * inverse_density) : Wide(0.0);
+    // 2/omega (sqrt(1 + xi^2) - xi) = 2/(k (sqrt(c^2 + d^2) + d)) with d = nu k/2, without dividing
+    // by c; and without the root k (sqrt(c^2 + d^2) + d) > rate where c^2 + 2 d rate/k > (rate/k)^2
+    const double most = fastest.rate * inverse_wave_number_;
+    if (!any(c2 + (2.0 * most) * damping > most * most)) return;
+    const Wide rate = k * (sqrt(c2 + damping * damping) + damping);
+    for (std::size_t lane = 0; lane < Wide::size(); ++lane)
+      if (rate[lane] > fastest.rate) {
+        const std::size_t p = block(lane);
+        fastest = {rate[lane],
+                   damping[lane] * damping[lane] > c2[lane] ? Limit::viscous
+                   : points.regime[p] == 3                  ? Limit::critical_state
+                                                            : Limit::elastic,
+                   points.id[p]};
+      }
+  }
+
+ private:
+  /// Mass times specific volume, relative to the solid's, at which a point fills its cell [kg].
+  template <class B>
+  Wide most_solid(const B& block) const {
+    if constexpr (Kinematics::axisymmetric) return most_solid_ * points.x.load(block)[0];
+    return most_solid_;
+  }
+
+  Numerics numerics_;
+  double specific_volume_;               // of solid [m3/kg]
+  Vec gravity_;                          // [m/s2]
+  double loosest_mixed_ = 0.0;           // void ratio [-]
+  double most_solid_ = 0.0;              // [kg], axisymmetric [kg/m]
+  double dt_ = 0.0, mixing_rate_ = 0.0;  // [s], [1/s]
+  double largest_wave_number_ =
+      2.0 * std::sqrt(static_cast<double>(dim)) / numerics_.h;  // times 2/2 [1/m]
+  double inverse_wave_number_ = 1.0 / largest_wave_number_;     // [m]
+  bool moves_ = true;
+};
+
+}  // namespace grainpair

@@ -1,0 +1,446 @@
+#include "mpm/programs/point.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "mpm/points/body.hpp"
+#include "mpm/output/hdf5.hpp"
+#include "mpm/materials/hyperelastic.hpp"
+
+namespace grainpair {
+namespace {
+
+// --- reading
+// ---------------------------------------------------------------------------------------------------------
+
+[[noreturn]] void refuse(const std::string& file, const toml::source_region& where,
+                         const std::string& problem) {
+  throw CaseError(fmt::format("{}:{}: {}", file, where.begin.line, problem));
+}
+
+/// A table whose keys must all be asked for.
+class Keys {
+ public:
+  Keys(const std::string& file, const toml::table& table, std::string what)
+      : file_(file), table_(table), what_(std::move(what)) {}
+
+  bool has(const std::string& key) const { return table_.contains(key); }
+  void allow(const std::string& key) { asked_.push_back(key); }
+
+  double number(const std::string& key, std::optional<double> otherwise = {}) {
+    const toml::node* node = find(key, otherwise.has_value());
+    if (!node) return *otherwise;
+    const auto value = node->value<double>();
+    if (!value || !std::isfinite(*value))
+      refuse(file_, node->source(), fmt::format("'{}' must be a number", key));
+    return *value;
+  }
+  double positive(const std::string& key, std::optional<double> otherwise = {}) {
+    const double value = number(key, otherwise);
+    if (!(value > 0.0))
+      refuse(file_, where(key), fmt::format("'{}' = {} must be positive", key, value));
+    return value;
+  }
+  long count(const std::string& key, std::optional<long> otherwise = {}) {
+    const toml::node* node = find(key, otherwise.has_value());
+    if (!node) return *otherwise;
+    const auto value = node->value_exact<std::int64_t>();
+    if (!value || *value < 1 || *value > 100'000'000)
+      refuse(file_, node->source(), fmt::format("'{}' must be an integer from 1 to 1e8", key));
+    return static_cast<long>(*value);
+  }
+  std::string word(const std::string& key, const std::vector<std::string>& known,
+                   std::optional<std::string> otherwise = {}) {
+    const toml::node* node = find(key, otherwise.has_value());
+    if (!node) return *otherwise;
+    const auto value = node->value<std::string>();
+    if (!value) refuse(file_, node->source(), fmt::format("'{}' must be a word", key));
+    if (!known.empty() && std::find(known.begin(), known.end(), *value) == known.end())
+      refuse(file_, node->source(),
+             fmt::format("'{}' is no {} (known: {})", *value, key, fmt::join(known, ", ")));
+    return *value;
+  }
+  std::vector<std::string> words(const std::string& key) {
+    std::vector<std::string> values;
+    if (const toml::node* node = find(key, true)) {
+      if (!node->is_array())
+        refuse(file_, node->source(), fmt::format("'{}' must be a list of strings", key));
+      for (const auto& item : *node->as_array()) {
+        if (!item.is_string())
+          refuse(file_, item.source(), fmt::format("'{}' must be a list of strings", key));
+        values.push_back(item.as_string()->get());
+      }
+    }
+    return values;
+  }
+  /// xx yy zz xy yz zx as tensor components
+  SymTensor tensor(const std::string& key) {
+    const toml::node* node = find(key, false);
+    const auto* array = node->as_array();
+    if (!array || array->size() != 6)
+      refuse(file_, node->source(), fmt::format("'{}' must be [xx, yy, zz, xy, yz, zx]", key));
+    SymTensor t;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const auto value = array->get(i)->value<double>();
+      if (!value)
+        refuse(file_, array->get(i)->source(), fmt::format("'{}' must hold six numbers", key));
+      t[static_cast<Eigen::Index>(i)] = (i < 3 ? 1.0 : std::numbers::sqrt2) * *value;
+    }
+    return t;
+  }
+  /// Refuses what nobody asked for.
+  void close() const {
+    for (const auto& [key, node] : table_)
+      if (std::find(asked_.begin(), asked_.end(), key.str()) == asked_.end())
+        refuse(file_, node.source(),
+               fmt::format("unknown key '{}' in {} (known: {})", key.str(), what_,
+                           fmt::join(asked_, ", ")));
+  }
+  toml::source_region where(const std::string& key) const {
+    return table_.contains(key) ? table_.get(key)->source() : table_.source();
+  }
+
+ private:
+  const toml::node* find(const std::string& key, bool optional) {
+    asked_.push_back(key);
+    const toml::node* node = table_.get(key);
+    if (!node && !optional)
+      refuse(file_, table_.source(), fmt::format("{} has no '{}'", what_, key));
+    return node;
+  }
+
+  std::string file_;
+  const toml::table& table_;
+  std::string what_;
+  std::vector<std::string> asked_;
+};
+
+Leg read_leg(Keys keys) {
+  using Kind = Leg::Kind;
+  static const std::map<std::string, Kind> kinds{{"strain", Kind::strain},
+                                                 {"isotropic", Kind::isotropic},
+                                                 {"simple_shear", Kind::simple_shear},
+                                                 {"triaxial", Kind::triaxial},
+                                                 {"biaxial", Kind::biaxial},
+                                                 {"rest", Kind::rest}};
+  std::vector<std::string> names;
+  for (const auto& [name, kind] : kinds) names.push_back(name);
+  Leg leg;
+  leg.kind = kinds.at(keys.word("path", names));
+  leg.steps = keys.count("steps");
+  if (leg.kind == Kind::rest) {
+    leg.duration = keys.positive("duration");
+  } else if (leg.kind == Kind::strain) {
+    leg.rate = keys.tensor("rate");
+    leg.duration = keys.positive("duration");
+  } else {
+    const double rate = keys.positive("rate"), strain = keys.number("strain");
+    if (strain == 0.0) throw CaseError("a leg's 'strain' must not be zero (negative: unloading)");
+    const double signed_rate = std::copysign(rate, strain);
+    leg.duration = std::abs(strain) / rate;
+    leg.cycles = keys.has("cycles") ? static_cast<int>(keys.count("cycles"))
+                                    : (keys.number("cycles", 0.0), 0);
+    switch (leg.kind) {
+      case Kind::isotropic:
+        leg.rate = signed_rate / 3.0 * identity();
+        break;
+      case Kind::simple_shear:  // du_x/dy = -rate: D_xy = rate/2 (compression positive), W_xy =
+                                // -rate/2
+        leg.rate[3] = signed_rate / std::numbers::sqrt2;
+        leg.spin[2] = 0.5 * signed_rate;
+        leg.constant_stress = keys.word("constant", {"volume", "stress"}, "volume") == "stress";
+        break;
+      case Kind::triaxial:
+      case Kind::biaxial:
+        leg.rate[1] = signed_rate;
+        leg.constant_stress = true;
+        break;
+      default:
+        break;
+    }
+  }
+  keys.close();
+  return leg;
+}
+
+// --- driving
+// ---------------------------------------------------------------------------------------------------------
+
+/// A body of two points: the one that is, and a trial of what it might become.
+class Point {
+ public:
+  explicit Point(const PointPath& path)
+      : body_(material_registry().at(path.material.word("material.law"))(path.material)) {
+    body_->resize(2);
+    void_ratio = path.void_ratio;
+    const InitialState start{path.stress, path.void_ratio, path.granular_temperature};
+    body_->initialise(0, {&start, 1}, batch_);
+    keep_results();
+  }
+
+  /// What the step would do; keep() makes it so.
+  void attempt(const SymTensor& D, const Vec3& spin, double dt) {
+    static constexpr std::uint32_t copies[] = {0, 0};
+    body_->reorder(copies);
+    const Deformation step{D, spin, dt, void_ratio,
+                           (1.0 + void_ratio) * std::exp(-trace(D) * dt) - 1.0};
+    next_void_ratio_ = step.void_ratio;
+    const auto start = std::chrono::steady_clock::now();
+    batch_.steps.set(0, step);
+    body_->update(1, batch_);
+    keep_results();
+    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    ++updates;
+  }
+  void keep() {
+    static constexpr std::uint32_t trial[] = {1, 1};
+    body_->reorder(trial);
+    void_ratio = next_void_ratio_;
+  }
+  SymTensor quasi_static_stress() const { return body_->quasi_static_stress(0, sigma, void_ratio); }
+
+  double void_ratio;
+  SymTensor sigma = SymTensor::Zero();
+  Energies energies{};
+  double work = 0.0, temperature = 0.0;
+  int regime = 0;
+  double seconds = 0.0;
+  long updates = 0;
+
+ private:
+  void keep_results() {
+    sigma = batch_.sigma[0], energies = batch_.energies[0];
+    work = batch_.work[0], temperature = batch_.granular_temperature[0];
+    regime = batch_.regime[0];
+  }
+  std::unique_ptr<Body> body_;
+  Batch batch_{1};
+  double next_void_ratio_ = 0.0;
+};
+
+/// One step of a leg that holds a stress: finds the one rate that is free. `target` in Pa.
+void attempt_at_stress(Point& point, const Leg& leg, const SymTensor& given, const Vec3& spin,
+                       double dt, double target, double& free_rate, const std::string& where) {
+  SymTensor unit = SymTensor::Zero();  // the rate that is free, and the stress that is held
+  const int held = leg.kind == Leg::Kind::simple_shear ? 1 : 0;
+  unit[held] = 1.0;
+  if (leg.kind == Leg::Kind::triaxial) unit[2] = 1.0;
+  const double scale = given.norm();
+  const auto miss = [&](double x) {
+    point.attempt(given + x * unit, spin, dt);
+    return (point.sigma[held] - target) / target;
+  };
+  constexpr double tolerance = 1e-10;  // of the held stress
+  double a = free_rate, fa = miss(a);
+  if (std::abs(fa) <= tolerance) return;
+  double width = 1e-3 * scale, b = a, fb = fa;
+  for (int i = 0; i < 60 && fa * fb > 0.0; ++i, width *= 2.0) {  // stress rises with compression
+    a = b, fa = fb;
+    b = a + (fa < 0.0 ? width : -width), fb = miss(b);
+  }
+  if (fa * fb > 0.0)
+    throw PathFailure(fmt::format("{}: no strain rate holds the stress of {:g} Pa (it is {:g})",
+                                  where, target, point.sigma[held]));
+  for (int i = 0; i < 200; ++i) {  // Illinois
+    const double x = std::abs(fb - fa) > 0.0 ? b - fb * (b - a) / (fb - fa) : 0.5 * (a + b);
+    const double fx = miss(x);
+    if (std::abs(fx) <= tolerance || std::abs(b - a) <= 1e-15 * (std::abs(a) + std::abs(b))) {
+      free_rate = x;
+      return;
+    }
+    if (fx * fb < 0.0)
+      a = b, fa = fb;
+    else
+      fa *= 0.5;
+    b = x, fb = fx;
+  }
+  free_rate = b;
+}
+
+}  // namespace
+
+const std::vector<double>& PointHistory::operator[](const std::string& name) const {
+  for (const Column& column : columns)
+    if (column.name == name) return column.values;
+  throw std::logic_error("no column " + name);
+}
+
+PointPath PointPath::load(const std::string& path, const std::vector<std::string>& overrides) {
+  std::ifstream in(path);
+  if (!in) throw CaseError(fmt::format("{}: cannot read the path file", path));
+  std::stringstream text;
+  text << in.rdbuf();
+  toml::table file;
+  try {
+    file = toml::parse(text.str(), path);
+  } catch (const toml::parse_error& error) {
+    refuse(path, error.source(), std::string(error.description()));
+  }
+
+  Keys keys(path, file, "a path file");
+  const std::string base = keys.word("case", {});
+  std::vector<std::string> set = keys.words("set");
+  set.insert(set.end(), overrides.begin(), overrides.end());
+  keys.word("title", {}, "");
+
+  // the law's reference volume is that of the start
+  if (const auto e = file["start"]["void_ratio"].value<double>())
+    set.push_back(fmt::format("initial.void_ratio={}", *e));
+  PointPath result;
+  result.material = Case::load((std::filesystem::path(path).parent_path() / base).string(), set);
+  result.text = text.str();
+  result.every = keys.count("every", 1);
+  if (!file["start"].is_table())
+    refuse(path, keys.where("start"),
+           "a path file needs a table [start] with void_ratio and stress or pressure");
+  keys.allow("start");
+  keys.allow("leg");
+  keys.close();
+  Keys start(path, *file["start"].as_table(), "[start]");
+  result.void_ratio = start.positive("void_ratio", result.material.number("initial.void_ratio"));
+  if (start.has("stress"))
+    result.stress = start.tensor("stress");
+  else
+    result.stress = start.number("pressure", 0.0) * identity();
+  result.granular_temperature =
+      start.number("granular_temperature", result.material.number("initial.granular_temperature"));
+  if (start.has("stress")) start.number("pressure", 0.0);
+  start.close();
+
+  const auto* legs = file["leg"].as_array();
+  if (!legs || legs->empty()) refuse(path, file.source(), "a path file needs at least one [[leg]]");
+  for (const auto& leg : *legs) {
+    if (!leg.is_table()) refuse(path, leg.source(), "'leg' must be an array of tables, [[leg]]");
+    result.legs.push_back(read_leg(Keys(path, *leg.as_table(), "[[leg]]")));
+    if (result.legs.back().constant_stress && result.stress.isZero(0.0))
+      refuse(path, leg.source(),
+             "this leg holds a stress that is zero (give [start] a pressure or a stress)");
+  }
+  return result;
+}
+
+PointHistory drive(const PointPath& path) {
+  Point point(path);
+  const Hyperelastic hyperelastic(path.material);
+  PointHistory history;
+  const auto add = [&](const std::string& name, const std::string& unit, const std::string& doc) {
+    history.columns.push_back({name, unit, doc, {}});
+  };
+  static constexpr const char* components[] = {"xx", "yy", "zz", "xy", "yz", "zx"};
+  add("time", "s", "time");
+  add("void_ratio", "-", "void ratio");
+  for (const char* c : components)
+    add(fmt::format("strain_{}", c), "-", "integral of D, compression positive");
+  for (const char* c : components) add(fmt::format("sigma_q_{}", c), "Pa", "quasi-static stress");
+  for (const char* c : components) add(fmt::format("sigma_c_{}", c), "Pa", "collisional stress");
+  add("p_q", "Pa", "mean quasi-static stress");
+  add("q_q", "Pa", "quasi-static deviatoric stress, sqrt(3/2 s:s)");
+  add("p_c", "Pa", "mean collisional stress");
+  add("q_c", "Pa", "collisional deviatoric stress");
+  add("granular_temperature", "m2/s2", "granular temperature T");
+  add("regime", "-", "1 visco-elastic, 2 visco-elasto-plastic, 3 critical, 4 collisional, 0 none");
+  add("stored", "J/kg", "elastic energy");
+  add("fluctuation", "J/kg", "energy of the velocity fluctuations");
+  add("plastic_dissipation", "J/kg", "dissipated by plastic strain since the start");
+  add("collisional_dissipation", "J/kg", "dissipated by collisions since the start");
+  add("work", "J/kg", "stress work since the start");
+  add("gibbs_energy", "J/m3",
+      "Gibbs energy of the quasi-static stress, Eq. 7 of the seed as printed");
+
+  double time = 0.0, plastic = 0.0, collisional = 0.0, work = 0.0;
+  SymTensor strain = SymTensor::Zero();
+  const auto record = [&] {
+    std::size_t column = 0;
+    const auto put = [&](double value) { history.columns[column++].values.push_back(value); };
+    const auto put_tensor = [&](const SymTensor& t) {
+      for (int i = 0; i < 6; ++i) put(i < 3 ? t[i] : t[i] / std::numbers::sqrt2);
+    };
+    const SymTensor sigma_q = point.quasi_static_stress(), sigma_c = point.sigma - sigma_q;
+    put(time), put(point.void_ratio), put_tensor(strain), put_tensor(sigma_q), put_tensor(sigma_c);
+    put(trace(sigma_q) / 3.0), put(von_mises(sigma_q)), put(trace(sigma_c) / 3.0),
+        put(von_mises(sigma_c));
+    put(point.temperature), put(point.regime), put(point.energies.stored),
+        put(point.energies.fluctuation);
+    put(plastic), put(collisional), put(work), put(hyperelastic.gibbs_energy(sigma_q));
+  };
+  record();
+
+  long done = 0;
+  for (std::size_t l = 0; l < path.legs.size(); ++l) {
+    const Leg& leg = path.legs[l];
+    const double dt = leg.duration * std::max(4 * leg.cycles, 1) / static_cast<double>(leg.steps);
+    const int held = leg.kind == Leg::Kind::simple_shear ? 1 : 0;
+    const double target = point.sigma[held];
+    double free_rate = 0.0;
+    for (long i = 0; i < leg.steps; ++i) {
+      // a cycle: forth, twice back, forth
+      const double phase = std::fmod((static_cast<double>(i) + 0.5) * dt / leg.duration, 4.0);
+      const double sign = leg.cycles > 0 && phase > 1.0 && phase < 3.0 ? -1.0 : 1.0;
+      const SymTensor given = sign * leg.rate;
+      const Vec3 spin = sign * leg.spin;
+      const int regime = point.regime;
+      SymTensor D = given;
+      if (leg.constant_stress) {
+        attempt_at_stress(point, leg, given, spin, dt, target, free_rate,
+                          fmt::format("leg {}, step {}", l + 1, i + 1));
+        D[held] += free_rate;
+        if (leg.kind == Leg::Kind::triaxial) D[2] += free_rate;
+      } else {
+        point.attempt(given, spin, dt);
+      }
+      if (!point.sigma.allFinite())
+        throw PathFailure(fmt::format("leg {}, step {}: the stress is no number", l + 1, i + 1));
+      point.keep();
+      time += dt, strain += dt * D;
+      plastic += point.energies.plastic, collisional += point.energies.collisional,
+          work += point.work;
+      history.regime_switches += point.regime != regime;
+      if (++done % path.every == 0) record();
+    }
+  }
+  history.update_seconds = point.seconds;
+  history.updates = point.updates;
+  return history;
+}
+
+void write(const PointHistory& history, const PointPath& path, const std::string& file) {
+  const std::string draft = file + ".part";
+  if (file.ends_with(".csv")) {
+    std::ofstream out(draft);
+    for (const auto& column : history.columns)
+      out << (&column == &history.columns.front() ? "" : ",") << column.name;
+    out << '\n';
+    for (std::size_t row = 0; row < history.columns.front().values.size(); ++row) {
+      for (const auto& column : history.columns)
+        out << (&column == &history.columns.front() ? "" : ",")
+            << fmt::format("{:.17g}", column.values[row]);
+      out << '\n';
+    }
+    out.close();
+    if (!out) throw CaseError(fmt::format("{}: cannot write", file));
+  } else {
+    const hdf5::Handle out = hdf5::create_file(draft);
+    hdf5::write_attribute(out, "schema_version", 1);
+    hdf5::write_attribute(out, "software", std::string("grainpair"));
+    hdf5::write_attribute(out, "path", path.text);
+    hdf5::write_attribute(out, "case_resolved", path.material.resolved());
+    hdf5::write_attribute(out, "update_seconds", history.update_seconds);
+    hdf5::write_attribute(out, "updates", static_cast<double>(history.updates));
+    hdf5::write_attribute(out, "regime_switches", static_cast<double>(history.regime_switches));
+    for (const auto& column : history.columns) {
+      const hdf5::Handle dataset = hdf5::write_dataset<double>(out, column.name, column.values);
+      hdf5::write_attribute(dataset, "unit", column.unit);
+      hdf5::write_attribute(dataset, "doc", column.doc);
+    }
+  }
+  std::filesystem::rename(draft, file);
+}
+
+}  // namespace grainpair

@@ -1,0 +1,38 @@
+// mpm_point: one material point along a strain or stress path.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "mpm/output/hdf5.hpp"
+#include "mpm/programs/point.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app{"Drives one material point along a path of strains and stresses."};
+  std::string path, out;
+  std::vector<std::string> overrides;
+  app.add_option("path", path, "path file (TOML)")->required();
+  app.add_option("-o,--out", out, "result: HDF5, or CSV where it ends in .csv")->required();
+  app.add_option("--set", overrides,
+                 "key=value of the case, e.g. material.law=solid_fluid; may be repeated")
+      ->take_all()
+      ->expected(1);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  try {
+    const auto points = grainpair::PointPath::load(path, overrides);
+    const auto history = grainpair::drive(points);
+    grainpair::write(history, points, out);
+    fmt::print("{}: {} steps, {} changes of regime, {:.0f} ns per update\n", out, history.updates,
+               history.regime_switches,
+               1e9 * history.update_seconds / static_cast<double>(history.updates));
+  } catch (const grainpair::CaseError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}: {}\n", path, error.what());
+    return 3;
+  }
+}

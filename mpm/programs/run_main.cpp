@@ -1,0 +1,146 @@
+// mpm_run CASE -o mpm.h5: the continuum side of a scene, from release to rest.
+#include <omp.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+
+#include "mpm/output/output.hpp"
+#include "mpm/step/simulation.hpp"
+#include "mpm/step/watch.hpp"
+
+namespace {
+
+using namespace grainpair;
+
+double cpu_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+/// Progress lines for the launcher, at most ten a second.
+class Progress {
+ public:
+  explicit Progress(bool on) : on_(on) {}
+  void operator()(double fraction, const std::string& text) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!on_ || (fraction < 1.0 && now - last_ < std::chrono::milliseconds(100))) return;
+    last_ = now;
+    best_ = std::max(best_, fraction);
+    fmt::print("progress {:.4f} {}\n", best_, text);
+    std::fflush(stdout);
+  }
+
+ private:
+  bool on_;
+  double best_ = 0.0;
+  std::chrono::steady_clock::time_point last_{};
+};
+
+/// Output times k * interval, and a step that ends on the next one.
+struct Clock {
+  double interval, next;
+  explicit Clock(double seconds) : interval(seconds), next(seconds) {}
+  bool due(double time) {
+    if (time < next * (1.0 - 1e-12)) return false;
+    while (next <= time * (1.0 + 1e-12)) next += interval;
+    return true;
+  }
+};
+
+void run(const Case& scene, const Start& start, const std::string& path,
+         const Provenance& provenance, Progress progress) {
+  const auto wall_start = std::chrono::steady_clock::now();
+  const auto simulation = make_simulation(scene, start);
+  Output output(path, scene, provenance);
+
+  const double tau = time_scale(scene), end = scene.number("time.maximum") * tau;
+  const double rest = scene.number("time.rest_kinetic_energy");
+  Clock frames(scene.number("time.frame_interval") * tau),
+      rows(scene.number("time.energy_interval") * tau);
+  std::string end_reason = "maximum";
+  double peak = 0.0;
+  long steps = 0;
+  const EnergyLedger begin = simulation->ledger();
+  Watch watch(*simulation, scene.number("geometry.height"), scene.number("geometry.gravity"),
+              scene.number("mpm.cell_size"));
+
+  output.frame(*simulation, 0, 0.0);
+  output.energies(*simulation, {});
+  while (simulation->time() < end * (1.0 - 1e-12)) {
+    TimeStep step = simulation->stable_step();
+    const double left =
+        std::min(frames.next, end) - simulation->time();  // land on the frame, in equal steps
+    step.dt = left / std::ceil(left / step.dt);
+    simulation->step(step.dt);
+    ++steps;
+
+    const double time = simulation->time(), kinetic = simulation->ledger().kinetic;
+    watch.step(*simulation, steps);
+    peak = std::max(peak, kinetic);
+    if (rows.due(time)) {
+      output.energies(*simulation, step);
+      watch.points(*simulation);
+    }
+    const bool at_rest =
+        kinetic < rest * peak && time > tau;  // the release itself starts from rest
+    if (frames.due(time) || at_rest) output.frame(*simulation, steps, step.dt);
+    progress(time / end, fmt::format("t = {:.2f} sqrt(H/g), dt = {:.1e} s", time / tau, step.dt));
+    if (at_rest) {
+      end_reason = "rest";
+      break;
+    }
+  }
+  const auto wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start);
+  const auto warnings = watch.warnings(begin, simulation->ledger());
+  for (const std::string& warning : warnings)
+    fmt::print(stderr, "{}: warning: {}\n", scene.path(), warning);
+  output.warnings(warnings);
+  output.finish(end_reason, cpu_seconds(), wall.count(), steps);
+  progress(1.0, end_reason == "rest" ? "at rest" : "time.maximum reached");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Runs a case with the material point method."};
+  std::string path, packing, out = "mpm.h5";
+  std::vector<std::string> overrides;
+  unsigned seed = 1;
+  int threads = 1;
+  bool show_progress = false, quiet = false;
+  app.add_option("case", path, "case file, or the folder of its case.toml")->required();
+  app.add_option("-o,--out", out, "result file");
+  app.add_option("--set", overrides, "key=value, in place of what the case says")->take_all();
+  app.add_option("--packing", packing, "result of a grain run, where initial.state = packing");
+  app.add_option("--seed", seed, "seed of mpm.jitter");
+  app.add_option("--threads", threads, "threads")->check(CLI::PositiveNumber);
+  app.add_flag("--progress", show_progress, "progress lines on standard output");
+  app.add_flag("--quiet", quiet, "no summary at the end");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  omp_set_num_threads(threads);
+  std::string command;
+  for (int i = 0; i < argc; ++i) command += (i ? " " : "") + std::string(argv[i]);
+  try {
+    Start start{seed};
+    if (!packing.empty()) start.packing.emplace(packing);
+    run(Case::load(path, overrides), start, out, {command, seed, threads}, Progress(show_progress));
+  } catch (const CaseError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}: {}\n", path, error.what());
+    return 3;
+  }
+  if (!quiet && !show_progress) fmt::print("{}\n", out);
+  return 0;
+}

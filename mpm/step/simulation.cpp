@@ -1,0 +1,84 @@
+#include "mpm/step/simulation_setup.hpp"
+
+namespace grainpair {
+
+namespace {
+
+template <class Enum>
+Enum choice(const std::string& word, std::initializer_list<std::pair<const char*, Enum>> names) {
+  for (const auto& [name, value] : names)
+    if (word == name) return value;
+  throw std::logic_error("choice '" + word + "' is in the schema and not in the solver");
+}
+
+Numerics numerics_of(const Case& scene) {
+  return {
+      .h = scene.number("mpm.cell_size"),
+      .transfer = choice<TransferScheme>(scene.word("mpm.transfer"),
+                                         {{"pic", TransferScheme::pic},
+                                          {"flip", TransferScheme::flip},
+                                          {"apic", TransferScheme::apic},
+                                          {"affine_flip", TransferScheme::affine_flip},
+                                          {"xpic", TransferScheme::xpic}}),
+      .relaxation_time = scene.number("mpm.relaxation_time"),
+      .gradient_relaxation_time = scene.number("mpm.gradient_relaxation_time"),
+      .void_ratio_relaxation_time = scene.number("mpm.void_ratio_relaxation_time"),
+      .xpic_order = static_cast<int>(scene.integer("mpm.xpic_order")),
+      .stress_update =
+          choice<StressUpdate>(scene.word("mpm.stress_update"), {{"first", StressUpdate::first},
+                                                                 {"last", StressUpdate::last},
+                                                                 {"musl", StressUpdate::musl}}),
+      .averaging = choice<VolumetricAveraging>(scene.word("mpm.volumetric_averaging"),
+                                               {{"none", VolumetricAveraging::none},
+                                                {"cell", VolumetricAveraging::cell},
+                                                {"nodal", VolumetricAveraging::nodal}}),
+      .conduction = scene.flag("material.conduction"),
+      .time_step_fraction = scene.number("mpm.time_step_fraction"),
+  };
+}
+
+/// Refuses a start that the case does not ask for, or a packing of another column.
+void check(const Start& start, const Case& scene) {
+  const bool asked = scene.word("initial.state") == "packing";
+  if (asked && !start.packing)
+    throw CaseError(
+        fmt::format("{}: initial.state: no packing (the points are to start from settled grains) "
+                    "give the result of a grain "
+                    "run with --packing, or use `grainpair run`",
+                    scene.path()));
+  if (!start.packing) return;
+  const Packing& packing = *start.packing;
+  if (!asked)
+    throw CaseError(fmt::format(
+        "{}: initial.state is nominal (and {} was given as the packing) set it to packing",
+        scene.path(), packing.path()));
+  if (scene.word("geometry.dimension") == "axisymmetric")
+    throw CaseError(fmt::format(
+        "{}: initial.state: packings of axisymmetric columns are not mapped use nominal",
+        scene.path()));
+  const auto extent = packing.extent(scene.number("grains.density"));
+  const std::array<const char*, 3> key{"geometry.length", "geometry.height", "geometry.thickness"};
+  for (std::size_t d = 0; d < 3; ++d)
+    if (std::abs(extent[d] - scene.number(key[d])) > 1e-6 * extent[d])
+      throw CaseError(
+          fmt::format("{}: {} = {:.6g} (the packing in {} has {:.6g}) give a packing of this case",
+                      scene.path(), key[d], scene.number(key[d]), packing.path(), extent[d]));
+}
+
+}  // namespace
+
+double time_scale(const Case& scene) {
+  return std::sqrt(scene.number("geometry.height") / scene.number("geometry.gravity"));
+}
+
+std::unique_ptr<Simulation> make_simulation(const Case& scene, const Start& start) {
+  check(start, scene);
+  const Numerics numerics = numerics_of(scene);
+  const std::string& kinematics = scene.word("geometry.dimension");
+  if (kinematics == "axisymmetric") return make_column<Axisymmetric>(scene, numerics, start);
+  if (kinematics == "three_dimensional")
+    return make_column<ThreeDimensional>(scene, numerics, start);
+  return make_column<PlaneStrain>(scene, numerics, start);
+}
+
+}  // namespace grainpair
