@@ -12,8 +12,8 @@
 #include <iostream>
 #include <random>
 
-#include "mpm/points/body.hpp"
 #include "cases/case.hpp"
+#include "mpm/points/body.hpp"
 
 namespace grainpair {
 namespace {

@@ -1,7 +1,10 @@
-// Means of points over the cells they lie in: points give, then points take.
+// Means of points over the cells they lie in: points give, then points take. The sums pass through
+// three hands, and each is a type of its own: cleared slice by slice (ClearingCells), given to
+// (GivingCells), taken from (GivenCells). So no sweep can meet them out of order.
 #pragma once
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "mpm/numbers/rows.hpp"
@@ -15,25 +18,53 @@ struct CellSums {
   Real weight = 0.0, value = 0.0, other_weight = 0.0, other_value = 0.0;
 };
 
-class CellMeans {
+class GivenCells;
+
+/// Sums that hold what is no longer asked for.
+class ClearingCells {
  public:
-  void resize(std::size_t cells) { sums_.assign(cells, {}); }
-  void clear() { std::fill(sums_.begin(), sums_.end(), CellSums<double>{}); }
-  /// Column `i` of `columns` alike, the cells of which follow each other.
-  void clear_column(std::size_t i, std::size_t columns) {
-    const std::size_t cells = sums_.size() / columns;
+  explicit ClearingCells(std::size_t cells = 0) : sums_(cells) {}
+  ClearingCells(GivenCells&& old);
+
+  void resize(std::size_t cells) { sums_.resize(cells); }
+  /// Slice `i` of `slices` alike, the cells of which follow each other.
+  void clear_slice(std::size_t i, std::size_t slices) {
+    const std::size_t cells = sums_.size() / slices;
     std::fill_n(sums_.begin() + static_cast<std::ptrdiff_t>(i * cells), cells, CellSums<double>{});
   }
+  void clear() { std::fill(sums_.begin(), sums_.end(), CellSums<double>{}); }
+
+ private:
+  friend class GivingCells;
+  std::vector<CellSums<double>> sums_;
+};
+
+/// Sums that points give to.
+class GivingCells {
+ public:
+  /// `cleared`: of every slice.
+  explicit GivingCells(ClearingCells&& cleared) : sums_(std::move(cleared.sums_)) {}
+
   /// Adds what points bring to their cells, `cell` [number].
   void give(const Wide& cell, const CellSums<Wide>& sums) {
     const auto at = index_below(cell);
-    if (alike(cell))
-      return add_sums<CellSums>(
-          sums, [&](std::size_t) { return &sums_[static_cast<std::size_t>(at[0])].weight; });
-    add_rows<CellSums>(
-        sums, [&](std::size_t lane) { return &sums_[static_cast<std::size_t>(at[lane])].weight; });
+    if (alike(cell)) return add_sums<CellSums>(sums, [&](std::size_t) { return row(at[0]); });
+    add_rows<CellSums>(sums, [&](std::size_t lane) { return row(at[lane]); });
   }
-  /// The sums of their cells.
+
+ private:
+  friend class GivenCells;
+  double* row(int cell) { return &sums_[static_cast<std::size_t>(cell)].weight; }
+  std::vector<CellSums<double>> sums_;
+};
+
+/// Sums that every point has given to.
+class GivenCells {
+ public:
+  GivenCells() = default;
+  explicit GivenCells(GivingCells&& given) : sums_(std::move(given.sums_)) {}
+
+  /// The sums of the cells of several points, `cell` [number].
   CellSums<Wide> take(const Wide& cell) const {
     const auto at = index_below(cell);
     return alike(cell) ? broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight)
@@ -41,7 +72,10 @@ class CellMeans {
   }
 
  private:
+  friend class ClearingCells;
   std::vector<CellSums<double>> sums_;
 };
+
+inline ClearingCells::ClearingCells(GivenCells&& old) : sums_(std::move(old.sums_)) {}
 
 }  // namespace grainpair

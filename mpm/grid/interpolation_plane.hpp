@@ -51,7 +51,7 @@ void give(const Given<2, Real>& points, const Neighbours<2, Support, Real>& at) 
               given, [&](std::size_t half) { return nodes[half][offset].motion.data(); });
         },
         [&](std::ptrdiff_t offset, const std::array<Real, 4>& m) {
-          const auto masses = widen(sums(m[0], m[1], m[2], m[3]));
+          const auto masses = split(sums(m[0], m[1], m[2], m[3]));
           for (std::size_t h = 0; h < masses.size(); ++h) add_row(masses[h], nodes[h] + offset);
         });
   }
@@ -65,7 +65,7 @@ void give(const Given<2, Real>& points, const Neighbours<2, Support, Real>& at) 
       [&](std::ptrdiff_t offset, std::array<Real, 4> m) {
         transpose(m[0], m[1], m[2], m[3]);
         for (std::size_t lane = 0; lane < Wide::size(); ++lane) {
-          const auto masses = widen(m[lane]);
+          const auto masses = split(m[lane]);
           for (std::size_t h = 0; h < masses.size(); ++h)
             add_row(masses[h], nodes[Wide::size() * h + lane] + offset);
         }

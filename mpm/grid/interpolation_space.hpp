@@ -67,7 +67,7 @@ template <int Support, class Real>
   for (int d = 0; d < 3; ++d)
     turned.motion[d + 1] = {points.momentum_slope[d], 0},
                       turned.change[d + 1] = {points.force_slope[d], 0};
-  const auto halves = widen<SpaceGiven, Real>(turned);
+  const auto halves = split<SpaceGiven, Real>(turned);
   std::array<SpaceGiven<double>, Real::size()> each;
   for (std::size_t h = 0; h < halves.size(); ++h)
     store<SpaceGiven>(halves[h], each.data() + Wide::size() * h,

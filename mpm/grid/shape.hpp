@@ -128,11 +128,11 @@ struct BSpline {
       t[h] = u - out.first[h];
       all_inside = all_inside && inside(axis, out.first[h]);
     }
-    if (all_inside) return evaluate_inside(axis, narrow(t), out);
+    if (all_inside) return evaluate_inside(axis, merge(t), out);
     std::array<Weights<Wide, support>, 2> half;
     for (std::size_t h = 0; h < 2; ++h) evaluate(axis, x[h], half[h]);
     const auto both = [&](auto number) {
-      return narrow(std::array{number(half[0]), number(half[1])});
+      return merge(std::array{number(half[0]), number(half[1])});
     };
     for (std::size_t k = 0; k < support; ++k) {
       out.w[k] = both([&](const auto& n) { return n.w[k]; });

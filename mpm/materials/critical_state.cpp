@@ -1,7 +1,7 @@
 // The quasi-static half of the seed's model alone: critical-state elasto-plasticity, no collisions.
 #include <optional>
 
-#include "mpm/points/body.hpp"
+#include "mpm/materials/body_of.hpp"
 #include "mpm/materials/dormand_prince.hpp"
 #include "mpm/materials/quasi_static.hpp"
 

@@ -134,8 +134,8 @@ class DormandPrince {
       stored[lane] = r.stored, dissipated[lane] = r.dissipated, work[lane] = r.work;
     }
     return {load<QuasiStaticState>(state.data(), at), load<Tensor>(stress.data(), at),
-            load<Single>(stored.data(), at), load<Single>(dissipated.data(), at),
-            load<Single>(work.data(), at)};
+            load<Scalar>(stored.data(), at), load<Scalar>(dissipated.data(), at),
+            load<Scalar>(work.data(), at)};
   }
 
  private:

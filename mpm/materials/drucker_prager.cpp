@@ -1,5 +1,5 @@
 // Drucker-Prager: linear elasticity inside the circular cone q = M p, isochoric plastic flow.
-#include "mpm/points/body.hpp"
+#include "mpm/materials/body_of.hpp"
 #include "mpm/materials/isochoric_plasticity.hpp"
 
 namespace grainpair {

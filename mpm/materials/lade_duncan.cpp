@@ -7,7 +7,7 @@
 // separation.
 #include "mpm/materials/lade_duncan.hpp"
 
-#include "mpm/points/body.hpp"
+#include "mpm/materials/body_of.hpp"
 #include "mpm/materials/kinematics.hpp"
 #include "mpm/materials/solid_volume.hpp"
 

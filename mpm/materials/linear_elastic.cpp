@@ -1,5 +1,5 @@
 // Isotropic linear elasticity: the bottom rung. Tension is allowed and nothing is dissipated.
-#include "mpm/points/body.hpp"
+#include "mpm/materials/body_of.hpp"
 #include "mpm/materials/kinematics.hpp"
 #include "mpm/materials/linear_in_strain.hpp"
 

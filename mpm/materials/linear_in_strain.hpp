@@ -1,9 +1,9 @@
 // What laws of linear elasticity share, whatever else they do: constants, and the step they allow.
 #pragma once
 
-#include "mpm/points/material.hpp"
 #include "mpm/materials/linear_elasticity.hpp"
 #include "mpm/materials/solid_volume.hpp"
+#include "mpm/points/material.hpp"
 
 namespace grainpair {
 

@@ -2,7 +2,7 @@
 // flows without change of volume at the rate at which tau = mu(I) p,
 //     mu(I) = mu_s + (mu_2 - mu_s)/(1 + I_0/I),  I = gdot d sqrt(rho_s/p).
 // Backward Euler in the plastic rate gdot, in closed form.
-#include "mpm/points/body.hpp"
+#include "mpm/materials/body_of.hpp"
 #include "mpm/materials/isochoric_plasticity.hpp"
 
 namespace grainpair {

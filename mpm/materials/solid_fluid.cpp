@@ -2,7 +2,7 @@
 // sigma_q + sigma_c (Eq. 6), with the energies and the dissipations of both (Eqs. 4, 5).
 #include <optional>
 
-#include "mpm/points/body.hpp"
+#include "mpm/materials/body_of.hpp"
 #include "mpm/materials/dormand_prince.hpp"
 #include "mpm/materials/kinetic_theory.hpp"
 #include "mpm/materials/quasi_static.hpp"

@@ -11,7 +11,7 @@ namespace grainpair {
 
 /// A struct of one number.
 template <class Real>
-using Single = Real;
+using Scalar = Real;
 
 /// Doubles in a row, as doubles: a store through the library's own may change any object for all
 /// the compiler knows, and sends it back to memory for every pointer it holds.
@@ -39,15 +39,15 @@ inline WideFloat joined(LanesOf<float, 4> low, LanesOf<float, 4> high) {
 }
 
 /// To single precision and back.
-inline Wide narrow(const std::array<Wide, 1>& from) { return from[0]; }
-inline WideFloat narrow(const std::array<Wide, 2>& from) {
+inline Wide merge(const std::array<Wide, 1>& from) { return from[0]; }
+inline WideFloat merge(const std::array<Wide, 2>& from) {
   const auto half = [&](std::size_t h) {
     return std::bit_cast<LanesOf<float, 4>>(std::experimental::static_simd_cast<Float>(from[h]));
   };
   return joined(half(0), half(1));
 }
-inline std::array<Wide, 1> widen(const Wide& from) { return {from}; }
-inline std::array<Wide, 2> widen(const WideFloat& from) {
+inline std::array<Wide, 1> split(const Wide& from) { return {from}; }
+inline std::array<Wide, 2> split(const WideFloat& from) {
   const auto all = lanes(from);
   const auto half = [](LanesOf<float, 4> x) {
     return std::experimental::static_simd_cast<Wide>(std::bit_cast<Float>(x));
@@ -218,7 +218,7 @@ void add_rows(const Struct<Real>& from, const Row& row) {
     Real w[4] = {in[c], in[c + 1], in[c + 2], in[c + 3]};
     transpose(w[0], w[1], w[2], w[3]);
     for (std::size_t lane = 0; lane < Wide::size(); ++lane) {
-      const auto halves = widen(w[lane]);
+      const auto halves = split(w[lane]);
       for (std::size_t h = 0; h < halves.size(); ++h) {
         double* const to = row(Wide::size() * h + lane) + c;
         store_row(load_row(to) + halves[h], to);
@@ -235,7 +235,7 @@ void add_sums(const Struct<Real>& from, const Row& row) {
   static_assert(columns % 4 == 0);
 #pragma GCC unroll 2
   for (std::size_t c = 0; c < columns; c += 4) {
-    const auto halves = widen(sums(in[c], in[c + 1], in[c + 2], in[c + 3]));
+    const auto halves = split(sums(in[c], in[c + 1], in[c + 2], in[c + 3]));
     for (std::size_t h = 0; h < halves.size(); ++h) {
       double* const to = row(h) + c;
       store_row(load_row(to) + halves[h], to);
@@ -245,7 +245,7 @@ void add_sums(const Struct<Real>& from, const Row& row) {
 
 /// Structs of two Wides as one in the precision of Real, and back.
 template <template <class> class Struct, class Real>
-Struct<Real> narrow(const std::array<Struct<Wide>, Halves<Real>().size()>& from) {
+Struct<Real> merge(const std::array<Struct<Wide>, Halves<Real>().size()>& from) {
   Struct<Real> result;
   auto* const out = reinterpret_cast<Real*>(&result);
   [&]<std::size_t... c>(std::index_sequence<c...>) {
@@ -253,7 +253,7 @@ Struct<Real> narrow(const std::array<Struct<Wide>, Halves<Real>().size()>& from)
       Halves<Real> halves;
       for (std::size_t h = 0; h < halves.size(); ++h)
         halves[h] = reinterpret_cast<const Wide*>(&from[h])[i];
-      return narrow(halves);
+      return merge(halves);
     };
     ((out[c] = column(c)), ...);
   }
@@ -261,12 +261,12 @@ Struct<Real> narrow(const std::array<Struct<Wide>, Halves<Real>().size()>& from)
   return result;
 }
 template <template <class> class Struct, class Real>
-std::array<Struct<Wide>, Halves<Real>().size()> widen(const Struct<Real>& from) {
+std::array<Struct<Wide>, Halves<Real>().size()> split(const Struct<Real>& from) {
   std::array<Struct<Wide>, Halves<Real>().size()> result;
   const auto* const in = reinterpret_cast<const Real*>(&from);
   [&]<std::size_t... c>(std::index_sequence<c...>) {
     const auto column = [&](std::size_t i) {
-      const auto halves = widen(in[i]);
+      const auto halves = split(in[i]);
       for (std::size_t h = 0; h < halves.size(); ++h)
         reinterpret_cast<Wide*>(&result[h])[i] = halves[h];
     };

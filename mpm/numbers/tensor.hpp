@@ -5,7 +5,7 @@
 // the project, for stress and for strain alike: p = tr(sigma)/3 > 0 in a loaded packing.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 #include <type_traits>

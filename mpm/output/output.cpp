@@ -121,10 +121,10 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
   const std::vector<std::string> xyz{"x", "y", "z"};
   simulation.visit_points([&](const auto& points) {
     // points move between frames in memory; in the file a point keeps its row
-    std::vector<std::size_t> row(points.size());
-    for (std::size_t p = 0; p < points.size(); ++p) row[points.id[p]] = p;
+    std::vector<std::size_t> row(simulation.size());
+    for (const std::size_t p : points.occupied()) row[points.id[p]] = p;
     const double solid_density = simulation.solid_density();
-    Records records(cloud, points.size());
+    Records records(cloud, row.size());
     const auto of = [&](const auto& field) { return [&](std::size_t i) { return field[row[i]]; }; };
     records.tensor("position", "m", length, xyz,
                    [&](std::size_t i, int c) { return simulation.position(row[i])[c]; });

@@ -7,7 +7,7 @@
 
 #include "cases/case.hpp"
 #include "mpm/output/hdf5.hpp"
-#include "mpm/step/solver.hpp"
+#include "mpm/step/simulation.hpp"
 
 namespace grainpair {
 

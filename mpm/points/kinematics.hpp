@@ -1,27 +1,9 @@
-// What "dimension" means: how many axes the grid has, and what the missing ones do.
+// What a step does to the volume of points.
 #pragma once
 
 #include "mpm/points/material.hpp"
 
 namespace grainpair {
-
-/// One slice, no motion across it; stress is 3x3 all the same.
-struct PlaneStrain {
-  static constexpr int dimension = 2;
-  static constexpr bool axisymmetric = false;
-};
-
-/// x is the radius; the hoop strain rate is v_r/r [1/s] and its stress pulls on the radial
-/// momentum.
-struct Axisymmetric {
-  static constexpr int dimension = 2;
-  static constexpr bool axisymmetric = true;
-};
-
-struct ThreeDimensional {
-  static constexpr int dimension = 3;
-  static constexpr bool axisymmetric = false;
-};
 
 /// det(I + grad u) of a displacement with symmetric part -strain (compression positive) and
 /// rotation vector w, so that the skew part of grad u times a is w x a:  det(A + [w]x) = det A +

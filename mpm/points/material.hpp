@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "mpm/numbers/columns.hpp"
+#include "mpm/numbers/arrays.hpp"
 #include "mpm/numbers/tensor.hpp"
 
 namespace grainpair {

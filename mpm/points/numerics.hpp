@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "mpm/transfer/transfer.hpp"
+#include "mpm/transfer/scheme.hpp"
 
 namespace grainpair {
 

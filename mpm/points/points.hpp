@@ -3,17 +3,32 @@
 
 #include <cstdint>
 #include <limits>
+#include <ranges>
 #include <vector>
 
-#include "mpm/numbers/columns.hpp"
+#include "mpm/numbers/arrays.hpp"
 
 namespace grainpair {
 
+/// Where points come from when they are put in a new order. Every run of them is filled up to whole
+/// blocks (arrays.hpp) by repeats of its last: fillers, which weigh nothing and so give nothing.
+struct Order {
+  std::vector<std::uint32_t> from;
+  std::vector<std::uint32_t> fillers;  // their places
+
+  void fill_up() {
+    for (const std::uint32_t last = from.back(); from.size() < whole(from.size());) {
+      fillers.push_back(static_cast<std::uint32_t>(from.size()));
+      from.push_back(last);
+    }
+  }
+};
+
 /// field[i] <- field[order[i]]
 template <class Field>
-void reorder_field(Field& field, const std::vector<std::uint32_t>& order) {
-  Field sorted = field;
-  for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = field[order[i]];
+void reorder_field(Field& field, const Order& order) {
+  Field sorted(order.from.size());
+  for (std::size_t i = 0; i < order.from.size(); ++i) sorted[i] = field[order.from[i]];
   field.swap(sorted);
 }
 
@@ -25,13 +40,13 @@ struct Points {
   template <class Real>
   using Mat = MatrixOf<Dim, Real>;
 
-  Columns<Vec> x;  // position [m]
-  Columns<Vec> v;  // velocity [m/s]
-  ExchangedColumns<Mat>
+  Arrays<Vec> x;  // position [m]
+  Arrays<Vec> v;  // velocity [m/s]
+  ExchangedArrays<Mat>
       affine;  // what the transfer carries: a moment or a gradient, see transfer/affine.hpp
   std::vector<double> mass;        // [kg]
   std::vector<double> void_ratio;  // e, from det F [-]
-  Columns<Tensor> sigma;           // total stress, compression positive [Pa]
+  Arrays<Tensor> sigma;            // total stress, compression positive [Pa]
 
   std::vector<double> fluctuation;           // energy held [J/kg]
   std::vector<double> plastic, collisional;  // dissipated since release [J/kg]
@@ -41,7 +56,12 @@ struct Points {
   std::vector<std::int32_t> regime;
   std::vector<std::uint32_t> id;
 
-  std::size_t size() const { return x.size(); }
+  std::size_t size() const { return x.size(); }  // fillers included
+  /// The places of points that are no fillers, in the order they are kept in.
+  auto occupied() const {
+    return std::views::iota(std::size_t{0}, size()) |
+           std::views::filter([this](std::size_t p) { return !(mass[p] == 0.0); });
+  }
 
   void resize(std::size_t n) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // whatever is not set shows
@@ -55,12 +75,14 @@ struct Points {
   }
 
   /// point[i] <- point[order[i]] for every field.
-  void reorder(const std::vector<std::uint32_t>& order) {
+  void reorder(const Order& order) {
     const auto apply = [&](auto& field) { reorder_field(field, order); };
-    x.reorder(order), v.reorder(order), affine.reorder(order), sigma.reorder(order);
+    x.reorder(order.from), v.reorder(order.from), affine.reorder(order.from);
+    sigma.reorder(order.from);
     apply(mass), apply(void_ratio), apply(fluctuation), apply(plastic);
     apply(collisional), apply(conducted), apply(granular_temperature);
     apply(deviatoric_strain), apply(regime), apply(id);
+    for (const auto p : order.fillers) mass[p] = 0.0;
   }
 };
 

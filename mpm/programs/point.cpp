@@ -10,9 +10,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "mpm/points/body.hpp"
-#include "mpm/output/hdf5.hpp"
 #include "mpm/materials/hyperelastic.hpp"
+#include "mpm/output/hdf5.hpp"
+#include "mpm/points/body.hpp"
 
 namespace grainpair {
 namespace {

@@ -1,4 +1,5 @@
 // mpm_run CASE -o mpm.h5: the continuum side of a scene, from release to rest.
+#include <fmt/format.h>
 #include <omp.h>
 #include <sys/resource.h>
 

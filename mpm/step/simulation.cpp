@@ -1,4 +1,8 @@
-#include "mpm/step/simulation_setup.hpp"
+#include "mpm/step/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include "mpm/step/column.hpp"
 
 namespace grainpair {
 
@@ -75,10 +79,8 @@ std::unique_ptr<Simulation> make_simulation(const Case& scene, const Start& star
   check(start, scene);
   const Numerics numerics = numerics_of(scene);
   const std::string& kinematics = scene.word("geometry.dimension");
-  if (kinematics == "axisymmetric") return make_column<Axisymmetric>(scene, numerics, start);
-  if (kinematics == "three_dimensional")
-    return make_column<ThreeDimensional>(scene, numerics, start);
-  return make_column<PlaneStrain>(scene, numerics, start);
+  if (kinematics == "three_dimensional") return make_column<3>(scene, numerics, start);
+  return make_column<2>(scene, numerics, start);
 }
 
 }  // namespace grainpair

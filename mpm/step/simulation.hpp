@@ -1,14 +1,62 @@
-// From a case to a simulation ready to step: points, grid, walls, law, initial stress.
+// A simulation as output, watch and driver see it, whatever its dimension, law and shape functions;
+// and the way from a case to one that is ready to step.
 #pragma once
 
 #include <memory>
 #include <optional>
+#include <stdexcept>
 
 #include "cases/case.hpp"
+#include "mpm/points/numerics.hpp"
 #include "mpm/points/packing.hpp"
-#include "mpm/step/solver.hpp"
+#include "mpm/points/points.hpp"
+#include "mpm/step/ledger.hpp"
 
 namespace grainpair {
+
+/// The run cannot go on; programs print it and exit with code 3.
+struct SolverError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Processor time that the parts of steps took [s].
+struct StageTimes {
+  double to_grid = 0.0, to_points = 0.0, update = 0.0;
+};
+
+class Simulation {
+ public:
+  virtual ~Simulation() = default;
+  virtual TimeStep stable_step() const = 0;
+  virtual void step(double dt) = 0;
+  /// The same, and adds up where the time goes.
+  virtual void step(double dt, StageTimes& times) = 0;
+  virtual double time() const = 0;
+  virtual const EnergyLedger& ledger() const = 0;
+  virtual double solid_density() const = 0;  // [kg/m3]
+  /// Position and velocity of the point at place p, with zeros for the axes the grid lacks.
+  virtual Vec3 position(std::size_t p) const = 0;
+  virtual Vec3 velocity(std::size_t p) const = 0;
+  /// What averaging adds to the pressure of that point in the stress that the grid feels [Pa].
+  virtual double pressure_correction(std::size_t p) const = 0;
+  virtual const Points<2>* plane() const { return nullptr; }
+  virtual const Points<3>* space() const { return nullptr; }
+
+  /// Calls f with the points, of either dimension; their places are points.occupied().
+  template <class F>
+  void visit_points(F&& f) const {
+    if (plane()) return f(*plane());
+    f(*space());
+  }
+  /// How many points there are.
+  std::size_t size() const {
+    std::size_t count = 0;
+    visit_points([&](const auto& points) {
+      count = static_cast<std::size_t>(std::ranges::distance(points.occupied()));
+    });
+    return count;
+  }
+};
 
 /// What a case leaves open about its start: the seed of mpm.jitter, and the packing if
 /// initial.state asks for one.

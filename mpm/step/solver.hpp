@@ -1,142 +1,97 @@
 // The material point method: one explicit step, read from top to bottom in Solver::step().
 //
-// Points are kept in cell order and cut into strips of columns of cells; strips of one colour never
+// Points are kept in cell order and cut into strips of cells along x; strips of one colour never
 // touch the same node, so that they scatter side by side without atomics, and sums are taken strip
 // by strip: results do not depend on the number of threads, to the last bit.
+//
+// What a stage leaves on the grid and in the cells is a type, handed from stage to stage: a stage
+// that is called out of order does not compile.
 #pragma once
 
-#include <fmt/format.h>
 #include <omp.h>
 
-#include <numeric>
-#include <stdexcept>
+#include <limits>
+#include <memory>
+#include <vector>
 
-#include "mpm/points/body.hpp"
 #include "mpm/grid/grid.hpp"
-#include "mpm/grid/interpolation_plane.hpp"
-#include "mpm/grid/interpolation_space.hpp"
-#include "mpm/step/ledger.hpp"
 #include "mpm/grid/walls.hpp"
+#include "mpm/points/body.hpp"
+#include "mpm/step/simulation.hpp"
+#include "mpm/transfer/transfer.hpp"
 
 namespace grainpair {
 
-/// The run cannot go on; programs print it and exit with code 3.
-struct SolverError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// What output and driver see of a solver, whatever its dimension and shape functions.
-class Simulation {
- public:
-  virtual ~Simulation() = default;
-  virtual TimeStep stable_step() const = 0;
-  virtual void step(double dt) = 0;
-  virtual double time() const = 0;
-  virtual const EnergyLedger& ledger() const = 0;
-  virtual std::size_t size() const = 0;
-  virtual double solid_density() const = 0;  // [kg/m3]
-  /// Position and velocity of point p, with zeros for the axes the grid lacks.
-  virtual Vec3 position(std::size_t p) const = 0;
-  virtual Vec3 velocity(std::size_t p) const = 0;
-  /// What averaging adds to the pressure of point p in the stress that the grid feels [Pa].
-  virtual double pressure_correction(std::size_t p) const = 0;
-  virtual const Points<2>* plane() const { return nullptr; }
-  virtual const Points<3>* space() const { return nullptr; }
-
-  /// Calls f with the points, of either dimension.
-  template <class F>
-  void visit_points(F&& f) const {
-    if (plane()) return f(*plane());
-    f(*space());
-  }
+/// What a solver is made of, besides points and their law.
+template <int Dim>
+struct SolverSetup {
+  std::array<int, Dim> cells;
+  double point_size;                      // [m]
+  double solid_density;                   // rho_s [kg/m3]
+  Eigen::Matrix<double, Dim, 1> gravity;  // [m/s2]
+  Walls<Dim> walls;
+  Gate gate;
+  bool axisymmetric = false;  // x is the radius
+  Numerics numerics;
 };
 
 /// Exchanged holds several points' numbers on their way to the nodes and back: Wide, or WideFloat
-/// in single precision.
-template <class Kinematics, class Shape, class Exchanged = Wide>
+/// in single precision. The stages are in stages_*.hpp; each combination is compiled once, in a
+/// unit of its own (kernel.cpp.in).
+template <int Dim, class Shape, class Exchanged = Wide>
 class Solver final : public Simulation {
  public:
-  static constexpr int dim = Kinematics::dimension;
+  static constexpr int dim = Dim;
   using Vec = Eigen::Matrix<double, dim, 1>;
   using Mat = Eigen::Matrix<double, dim, dim>;
 
-  struct Setup {
-    std::array<int, dim> cells;
-    double point_size;     // [m]
-    double solid_density;  // rho_s [kg/m3]
-    Vec gravity;           // [m/s2]
-    Walls<dim> walls;
-    Gate gate;
-    Numerics numerics;
-  };
-
   /// Takes the points as they are (x, v, mass, void_ratio, id set) and lets the law initialise its
   /// state.
-  Solver(const Setup& setup, Points<dim> points, std::unique_ptr<Body> body,
-         const std::vector<InitialState>& initial)
-      : setup_(setup),
-        grid_(setup.cells, setup.numerics.h, setup.point_size),
-        stage_(setup.numerics, std::move(points), setup.point_size, setup.solid_density,
-               setup.gravity, halves == 2),
-        body_(std::move(body)),
-        velocities_(halves == 1 ? 0 : grid_.nodes.size()) {
-    stage_.box.inverse_h = 1.0 / setup.numerics.h;
-    for (int d = 0; d < dim; ++d) stage_.box.length[d] = grid_.axes[d].cells * grid_.axes[d].h;
-    if constexpr (halves == 2) points_.affine.narrow();
-    initialise(initial);
-    bin_points();
-    first_limit_ = stable_step().dt /
-                   setup_.numerics.time_step_fraction;  // before there is a speed to bound it
-    measure_held_energy();
-    share_pressure();
-  }
+  Solver(const SolverSetup<dim>& setup, Points<dim> points, std::unique_ptr<Body> body,
+         const std::vector<InitialState>& initial);
 
   /// The algorithm. Each stage books the energy it moves.
   void step(double dt) override {
-    if (drift_ + max_speed_ * dt > drift_limit * setup_.numerics.h) bin_points();
-    clear_grid();
-    if (setup_.numerics.stress_update == StressUpdate::first) {
-      scatter(Forces::without);  // mass and momentum
-      constrain(0.0);            // nodal velocity at the walls
-      gather(Gathered::gradient, dt);
-      update_points(dt, Moves::no);  // strain, law
+    if (drift_ + max_speed_ * dt > drift_limit * setup_.numerics.h) sort_points();
+    const StressUpdate when = setup_.numerics.stress_update;
+    if (when == StressUpdate::first) {  // strain and law, from the velocity the step begins with
+      MovingGrid before = constrain(scatter_momenta(clear_grid()));
+      update_points(gather_gradient(std::move(before)), dt, Moves::no);
       share_pressure();
-      clear_grid();
     }
-    scatter(Forces::with);  // mass, momentum, internal force
-    accelerate(dt);         // momentum balance [Ceccato2019, Eq. 2]
-    if (setup_.numerics.transfer == TransferScheme::xpic) sharpen_velocity();
-    if (setup_.numerics.stress_update == StressUpdate::last) {
-      gather(Gathered::both, dt);  // velocity of points and grid, B or C; grad v
-    } else {
-      gather(Gathered::velocity, dt);
-    }
-    if (setup_.numerics.stress_update == StressUpdate::musl) {
-      clear_grid();
-      scatter(Forces::without);  // the points' new momenta, where they were
-      constrain(dt);
-      gather(Gathered::gradient, dt);
-    }
+    MovingGrid grid = accelerate(scatter(clear_grid()), dt);  // balance [Ceccato2019, Eq. 2]
+    if (setup_.numerics.transfer == TransferScheme::xpic) sharpen_velocity(grid);
     time_ += dt;
-    if (setup_.numerics.stress_update != StressUpdate::first)
-      update_points(dt, Moves::yes);  // strain, law, new places
-    else
-      move_points();
+    if (when == StressUpdate::last) {
+      StrainedPoints strained = gather(std::move(grid), dt);  // velocity, B or C; grad v
+      update_points(std::move(strained), dt, Moves::yes);     // strain, law, new places
+    } else if (when == StressUpdate::first) {
+      gather_velocity(grid, dt);
+      move_points(std::move(grid), dt);
+    } else {
+      gather_velocity(grid, dt);
+      MovingGrid after = constrain(scatter_momenta(clear_grid(std::move(grid))));
+      update_points(gather_gradient(std::move(after)), dt, Moves::yes);
+    }
     if (setup_.numerics.conduction) conduct(dt);
     share_pressure();
+  }
+  void step(double dt, StageTimes& times) override {
+    times_ = &times;
+    step(dt);
+    times_ = nullptr;
   }
 
   TimeStep stable_step() const override;
 
   double time() const override { return time_; }
   const EnergyLedger& ledger() const override { return ledger_; }
-  std::size_t size() const override { return points_.size(); }
   double solid_density() const override { return setup_.solid_density; }
   Vec3 position(std::size_t p) const override { return padded(points_.x[p]); }
   Vec3 velocity(std::size_t p) const override { return padded(points_.v[p]); }
   double pressure_correction(std::size_t p) const override {
-    return stage_.pressure_correction(Consecutive<false>{p, 1},
-                                      trace(SymTensor(points_.sigma[p])) / 3.0)[0];
+    return material_.pressure_correction(Scattered::one(p),
+                                         trace(SymTensor(points_.sigma[p])) / 3.0, pressures_)[0];
   }
   const Points<2>* plane() const override {
     if constexpr (dim == 2) return &points_;
@@ -150,10 +105,11 @@ class Solver final : public Simulation {
   Points<dim>& points() { return points_; }
 
  private:
-  friend struct SolverStages;  // times the stages one by one
+  friend struct Xpic;          // sweeps over nodes and points
+  friend struct SolverStages;  // a test that adds a body force between two stages
   static constexpr std::size_t halves = Halves<Exchanged>().size();
-  static constexpr double drift_limit = 0.4;  // of points between sortings, in cells: the more they
-                                              // drift, the fewer share their nodes
+  /// Of points between sortings, in cells: the more they drift, the fewer share their nodes.
+  static constexpr double drift_limit = 0.4;
   /// Strips of one colour go side by side: from the first to the last node that points of a strip
   /// reach, which may have drifted by a cell to either side, there are strip_width + reach + 1,
   /// less than `colours` strips. Three colours allow thinner ones, of which a cube has more to
@@ -170,8 +126,6 @@ class Solver final : public Simulation {
   using GivenOf = Given<dim, Real>;
   template <class Real>
   using CollectedOf = Collected<dim, Real>;
-  enum class Forces { without, with };
-  enum class Gathered { velocity, gradient, both };
 
   /// Fraction of the way to the grid's velocity, and to its gradient, that a point goes in one
   /// step.
@@ -182,47 +136,103 @@ class Solver final : public Simulation {
   struct Sums {
     double kinetic_before = 0.0, kinetic_after = 0.0, speed = 0.0, gained = 0.0, conducted = 0.0;
   };
-  /// Of the nodes of a column, in accelerate().
+  /// Lane by lane until they are asked for.
+  struct WideSums {
+    Wide kinetic_before = 0.0, kinetic_after = 0.0, speed = 0.0;
+  };
+  /// Of the nodes of a slice, in accelerate().
   struct Work {
     double gain = 0.0, wall = 0.0;  // of kinetic energy; taken by the walls [J]
   };
   enum class Moves { no, yes };
 
+  enum class Forces { without, with };
+  enum class Gathered { velocity, gradient, both };
+
+  /// Cells that wait for what points give of this step.
+  struct CellsToGive {
+    GivingCells rates, pressures;
+  };
+  // What is on the grid, and who may ask for it.
+  struct ClearedGrid {
+    CellsToGive cells;
+  };
+  struct LoadedGrid {  // mass, momentum, and force if it was asked for
+    CellsToGive cells;
+  };
+  struct MovingGrid {  // velocities, and their increments
+    CellsToGive cells;
+  };
+  struct StrainedPoints {  // points that know their velocity gradients, cells that know their rates
+    GivenCells rates;
+    GivingCells pressures;
+  };
+
+  // stages_sort.hpp
   void initialise(const std::vector<InitialState>& initial);
-  void bin_points();
-  void put_fours_first(std::vector<std::uint32_t>& order,
-                       const std::vector<std::size_t>& cell) const;
-  void clear_grid();
-  void scatter(Forces forces);
-  template <Affine Carried>
+  void sort_points();
+  Order in_cell_order(const std::vector<std::uint32_t>& points,
+                      const std::vector<std::size_t>& cell);
+  void find_active_box(const std::vector<std::uint32_t>& points);
+  void give_pressures_anew();
+  void measure_held_energy();
+
+  // stages_transfer.hpp
+  ClearedGrid clear_grid();
+  ClearedGrid clear_grid(MovingGrid old);
+  void clear_nodes(int slice);
+  LoadedGrid scatter(ClearedGrid grid) { return scatter(std::move(grid), Forces::with); }
+  LoadedGrid scatter_momenta(ClearedGrid grid) { return scatter(std::move(grid), Forces::without); }
+  LoadedGrid scatter(ClearedGrid grid, Forces forces);
   void scatter_strip(const Strip& strip, Forces forces);
-  void accelerate(double dt);
-  void constrain(double time_offset);
-  void sharpen_velocity();
-  /// Once for every node, not for every point that takes it.
-  void narrow_velocity(const Node<dim>& node) {
-    if constexpr (halves == 2)
-      velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = FloatNode<dim>(node);
+  MovingGrid accelerate(LoadedGrid grid, double dt);
+  MovingGrid constrain(LoadedGrid grid);
+  void sharpen_velocity(MovingGrid& grid);
+  StrainedPoints gather(MovingGrid grid, double dt) {
+    return gathered(std::move(grid), Gathered::both, dt);
   }
-  void gather(Gathered what, double dt);
-  template <Affine Carried>
-  Sums gather_strip(const Strip& strip, Gathered what, const Filter& filter, double dt);
-  void update_points(double dt, Moves moves);
-  void move_points();
+  StrainedPoints gather_gradient(MovingGrid grid) {
+    return gathered(std::move(grid), Gathered::gradient, 0.0);
+  }
+  void gather_velocity(MovingGrid& grid, double dt) {
+    sweep_nodes(grid.cells.rates, Gathered::velocity, dt);
+  }
+  StrainedPoints gathered(MovingGrid grid, Gathered what, double dt);
+  void sweep_nodes(GivingCells& rates, Gathered what, double dt);
+  void take_velocity(const Block& block, const VecOf<Wide>& of_grid, const VecOf<Wide>& increment,
+                     double filter, WideSums& sums);
+  void take_affine(const Blocks<Exchanged>& blocks,
+                   const Neighbours<dim, Shape::support, Exchanged>& at,
+                   const CollectedOf<Exchanged>& nodes, double filter, double dt);
+  void take_gradient(const Block& block, const VecOf<Wide>& of_grid, const MatOf<Wide>& gradient,
+                     GivingCells& rates);
+  template <bool Carries>
+  Sums gather_strip(const Strip& strip, GivingCells& rates, Gathered what, const Filter& filter,
+                    double dt);
+
+  // stages_points.hpp
+  void update_points(StrainedPoints strained, double dt, Moves moves);
+  void move_points(MovingGrid grid, double dt);
+  void hold_pressures(GivingCells given);
   void book_places();
+
+  // stages_fields.hpp
   void conduct(double dt);
   void share_pressure();
   void average_over_nodes(std::vector<double>& field);
-  void measure_held_energy();
 
+  /// Once for every node, not for every point that takes it.
+  void hand_out(const Node<dim>& node) {
+    if constexpr (halves == 2)
+      velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = FloatNode<dim>(node);
+  }
   Vec constrained(const Vec& v, const std::array<int, dim>& node, double time) const {
     bool free = !setup_.gate.present;
     for (int d = 0; d < dim; ++d) free = free && node[d] > 0 && node[d] < grid_.axes[d].nodes - 1;
     return free ? v : constrained_here(v, node, time);
   }
   Vec constrained_here(Vec v, const std::array<int, dim>& node, double time) const;
-  template <class Blocks>
-  Neighbours<dim, Shape::support, Exchanged> neighbours(const Blocks& blocks) {
+  Neighbours<dim, Shape::support, Exchanged> neighbours(const Blocks<Exchanged>& blocks) {
     Neighbours<dim, Shape::support, Exchanged> out;
     out.nodes = grid_.nodes.data();
     out.velocities = velocities();
@@ -250,18 +260,6 @@ class Solver final : public Simulation {
     out.template head<dim>() = a;
     return out;
   }
-  /// f(std::integral_constant<Affine, ...>) for the kind of affine transfer the run uses.
-  template <class F>
-  void with_affine(F&& f) {
-    switch (affine_of(setup_.numerics.transfer)) {
-      case Affine::none:
-        return f(std::integral_constant<Affine, Affine::none>{});
-      case Affine::moment:
-        return f(std::integral_constant<Affine, Affine::moment>{});
-      case Affine::gradient:
-        return f(std::integral_constant<Affine, Affine::gradient>{});
-    }
-  }
   /// f(strip) over all strips; those that run at the same time share no node and no cell.
   template <class F>
   void for_each_strip(F&& f) {
@@ -280,37 +278,41 @@ class Solver final : public Simulation {
 #pragma omp parallel for schedule(static, 1)
     for (int i = begin; i < end; i += stride) f(i);
   }
-  /// f(block) over the points of a strip.
-  template <class F>
-  static void for_each_block(const Strip& strip, F&& f) {
-    grainpair::for_each_block(strip.begin, strip.end, f);
-  }
   template <class F>
   void for_each_point(F&& f) {
+    for_each_strip([&](std::size_t s) { for_each_point_of(strips_[s], f); });
+  }
+  template <class F>
+  void for_each_place(F&& f) {
     for_each_strip([&](std::size_t s) {
       for (std::size_t p = strips_[s].begin; p < strips_[s].end; ++p) f(p);
     });
   }
-  /// f(i) over the columns of nodes that points can reach.
   template <class F>
-  void for_each_active_column(F&& f) {
-    side_by_side(stage_.box.begin[0], stage_.box.end[0], 1, f);
+  void for_each_point_of(const Strip& strip, F&& f) {
+    for (std::size_t p = strip.begin; p < strip.end; ++p)
+      if (points_.mass[p] > 0.0) f(p);
   }
-  void clear_cells(CellMeans& means, int column) {
-    means.clear_column(static_cast<std::size_t>(column - stage_.box.begin[0]),
-                       static_cast<std::size_t>(stage_.box.end[0] - stage_.box.begin[0]));
+  /// f(i) over the slices of nodes, across x, that points can reach.
+  template <class F>
+  void for_each_slice(F&& f) {
+    side_by_side(material_.box.begin[0], material_.box.end[0], 1, f);
   }
   template <class F>
-  void for_each_node_of_column(int i, F&& f) {
+  void for_each_node(F&& f) {
+    for_each_slice([&](int i) { for_each_node_of_slice(i, f); });
+  }
+  template <class F>
+  void for_each_node_of_slice(int i, F&& f) {
     std::array<int, dim> node;
     node[0] = i;
-    for (int j = stage_.box.begin[1]; j < stage_.box.end[1]; ++j) {
+    for (int j = material_.box.begin[1]; j < material_.box.end[1]; ++j) {
       node[1] = j;
       const auto row = static_cast<std::size_t>(i * grid_.stride[0] + j * grid_.stride[1]);
       if constexpr (dim == 2) {
         f(grid_.nodes[row], node);
       } else {
-        for (int k = stage_.box.begin[2]; k < stage_.box.end[2]; ++k) {
+        for (int k = material_.box.begin[2]; k < material_.box.end[2]; ++k) {
           node[2] = k;
           f(grid_.nodes[row + static_cast<std::size_t>(k)], node);
         }
@@ -356,26 +358,29 @@ class Solver final : public Simulation {
     return cell;
   }
 
-  Setup setup_;
+  SolverSetup<dim> setup_;
   Grid<dim, Shape> grid_;
-  PointStage<Kinematics> stage_;
-  Points<dim>& points_ = stage_.points;
+  MaterialPoints<dim> material_;
+  Points<dim>& points_ = material_.points;
   std::unique_ptr<Body> body_;
-  std::vector<FloatNode<dim>>
-      velocities_;               // of the nodes, where points take them in single precision [m/s]
-  std::vector<double> scratch_;  // of conduction: conductivity times volume [J s]
+  GivenCells pressures_;                         // of the points as they are
+  ClearingCells spent_rates_, spent_pressures_;  // of the step before
+  std::vector<FloatNode<dim>> velocities_;       // of the nodes, where points take them in single
+                                                 // precision [m/s]
+  std::vector<double> scratch_;                  // of conduction: conductivity times volume [J s]
   std::vector<Strip> strips_;
   std::vector<Sums> sums_;  // of the last sweep, by strip
   std::vector<PointSums> point_sums_;
-  std::vector<Work> work_;  // by column of nodes
+  std::vector<Work> work_;  // by slice of nodes
   Fastest fastest_;
   double first_limit_ = std::numeric_limits<double>::infinity();  // of the step, at the start [s]
-  double drift_ = 0.0,
-         max_speed_ = 0.0;  // since the points were binned [m]; of the last step [m/s]
+  double drift_ = 0.0;      // since the points were sorted [m]
+  double max_speed_ = 0.0;  // of the last step [m/s]
   double time_ = 0.0;
   EnergyLedger ledger_;
+  StageTimes* times_ = nullptr;  // where somebody asks for them
 };
 
 }  // namespace grainpair
 
-#include "mpm/step/solver_stages.hpp"
+#include "mpm/kernels.hpp"  // extern template class Solver<...>, of every combination

@@ -4,12 +4,14 @@
 // column's height, the pressure that is there.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
-#include "mpm/step/solver.hpp"
+#include "mpm/step/simulation.hpp"
 
 namespace grainpair {
 
@@ -105,7 +107,7 @@ class Watch {
     constexpr int dim = P::dimension;
     std::unordered_map<long, CellSums> cells;
     double kinetic = 0.0;
-    for (std::size_t p = 0; p < points.size(); ++p) {
+    for (const std::size_t p : points.occupied()) {
       const Vec3 x = simulation.position(p), v = simulation.velocity(p);
       if (v.norm() > most_speed * fall_)
         throw SolverError(fmt::format(
@@ -158,7 +160,7 @@ class Watch {
   static std::string not_finite(const Simulation& simulation, long steps) {
     std::string what = "an energy";
     simulation.visit_points([&](const auto& points) {
-      for (std::size_t p = 0; p < points.size(); ++p) {
+      for (const std::size_t p : points.occupied()) {
         const char* field = !std::isfinite(points.granular_temperature[p]) ? "granular temperature"
                             : !std::isfinite(points.sigma[p].sum())        ? "stress"
                             : !std::isfinite(points.v[p].sum())            ? "velocity"

@@ -2,8 +2,8 @@
 
 #include <Eigen/LU>
 
+#include "mpm/grid/interpolation.hpp"
 #include "mpm/transfer/flip.hpp"
-#include "mpm/numbers/wide.hpp"
 
 namespace grainpair {
 
@@ -33,6 +33,26 @@ struct AffineFlip : Flip {
     const Real contraction = smaller(Real(grid_gradient.trace()), Real(0)) / 2;
     return relaxed *
            (Real(1 - step * contraction) * Mat::Identity() + step * grid_gradient).inverse();
+  }
+
+  /// The same of several points, with the gradients of the nodes' velocity and of its increment
+  /// from their first moments: grad v = D^-1 sum_i w_ip v_i (X_i - x_p)^T.
+  template <int Dim, class Real, class Axes>
+  static MatrixOf<Dim, Real> carried(MatrixOf<Dim, Real> own, const Collected<Dim, Real>& nodes,
+                                     const Axes& n, double filter, double dt) {
+    Eigen::Matrix<Real, Dim, Dim> C, increment, grid_gradient;
+    for (int d = 0; d < Dim; ++d) {
+      const Real inverse = n[d].inverse_inertia;
+      for (int i = 0; i < Dim; ++i) {
+        C(i, d) = own[d][i];
+        increment(i, d) = inverse * nodes.moment_increment[d][i];
+        grid_gradient(i, d) = inverse * nodes.moment[d][i];
+      }
+    }
+    C = gradient(C, increment, grid_gradient, filter, dt);
+    for (int d = 0; d < Dim; ++d)
+      for (int i = 0; i < Dim; ++i) own[d][i] = C(i, d);
+    return own;
   }
 };
 

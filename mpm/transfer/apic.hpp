@@ -1,6 +1,7 @@
 #pragma once
 
-#include "mpm/transfer/affine.hpp"
+#include "mpm/grid/interpolation.hpp"
+#include "mpm/transfer/scheme.hpp"
 
 namespace grainpair {
 
@@ -12,6 +13,14 @@ struct Apic {
   static Vec velocity(const Vec& /*v_p*/, const Vec& grid_velocity, const Vec& /*increment*/,
                       double /*filter*/) {
     return grid_velocity;
+  }
+
+  /// B, afresh from the nodes.
+  template <int Dim, class Real, class Axes>
+  static MatrixOf<Dim, Real> carried(const MatrixOf<Dim, Real>& /*own*/,
+                                     const Collected<Dim, Real>& nodes, const Axes& /*n*/,
+                                     double /*filter*/, double /*dt*/) {
+    return nodes.moment;
   }
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mpm/transfer/affine.hpp"
+#include "mpm/transfer/scheme.hpp"
 
 namespace grainpair {
 

@@ -1,5 +1,5 @@
-// The transfer schemes, one file each, and the choice among them at run time. A scheme says whether
-// it carries an affine moment, and what a point's velocity becomes.
+// The choice among the transfer schemes at run time. A scheme is a file: what of the motion it
+// carries, what a point's velocity becomes, and what becomes of what is carried.
 #pragma once
 
 #include "mpm/transfer/affine_flip.hpp"
@@ -10,8 +10,9 @@
 
 namespace grainpair {
 
-enum class TransferScheme { pic, flip, apic, affine_flip, xpic };
-
+// A scheme that is missing from the switch does not compile.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wswitch"
 /// f(Transfer{}) with the policy of a scheme.
 template <class F>
 constexpr auto with_transfer(TransferScheme scheme, F&& f) {
@@ -22,12 +23,14 @@ constexpr auto with_transfer(TransferScheme scheme, F&& f) {
       return f(Flip{});
     case TransferScheme::apic:
       return f(Apic{});
+    case TransferScheme::affine_flip:
+      return f(AffineFlip{});
     case TransferScheme::xpic:
       return f(Xpic{});
-    default:
-      return f(AffineFlip{});
   }
+  __builtin_unreachable();
 }
+#pragma GCC diagnostic pop
 
 constexpr Affine affine_of(TransferScheme scheme) {
   return with_transfer(scheme, [](auto transfer) { return decltype(transfer)::affine; });

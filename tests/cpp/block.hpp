@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cases/case.hpp"
+#include "mpm/materials/body_of.hpp"
 #include "mpm/step/solver.hpp"
 
 namespace grainpair::test {
@@ -42,9 +43,27 @@ inline const Case& any_case(const std::vector<std::string>& keys = {}) {
 /// Bulk density of the block, e0 = 1 [kg/m3].
 inline constexpr double solid_density = 2000.0, void_ratio = 1.0, density = 1000.0;
 
+/// One slice, no motion across it; stress is 3x3 all the same.
+struct PlaneStrain {
+  static constexpr int dimension = 2;
+  static constexpr bool axisymmetric = false;
+};
+
+/// x is the radius; the hoop strain rate is v_r/r [1/s] and its stress pulls on the radial
+/// momentum.
+struct Axisymmetric {
+  static constexpr int dimension = 2;
+  static constexpr bool axisymmetric = true;
+};
+
+struct ThreeDimensional {
+  static constexpr int dimension = 3;
+  static constexpr bool axisymmetric = false;
+};
+
 /// What a block is made of; sizes in cells of size h.
 template <class Kinematics>
-struct Block {
+struct Cuboid {
   static constexpr int dim = Kinematics::dimension;
   using Vec = Eigen::Matrix<double, dim, 1>;
   using Mat = Eigen::Matrix<double, dim, dim>;
@@ -64,7 +83,7 @@ struct Block {
   std::unique_ptr<Body> body = std::make_unique<BodyOf<Inert>>(Inert(any_case()));
 
   template <class Shape, class Exchanged = Wide>
-  std::unique_ptr<Solver<Kinematics, Shape, Exchanged>> build() {
+  std::unique_ptr<Solver<dim, Shape, Exchanged>> build() {
     const double pitch = h / points_per_cell;
     std::array<int, 3> n{1, 1, 1};
     for (std::size_t d = 0; d < dim; ++d) n[d] = (high[d] - low[d]) * points_per_cell;
@@ -97,9 +116,9 @@ struct Block {
           initial.push_back({stress(points.x[p]), void_ratio, granular_temperature(points.x[p])});
         }
     numerics.h = h;
-    return std::make_unique<Solver<Kinematics, Shape, Exchanged>>(
-        typename Solver<Kinematics, Shape, Exchanged>::Setup{
-            box, pitch, solid_density, gravity, walls, {}, numerics},
+    return std::make_unique<Solver<dim, Shape, Exchanged>>(
+        SolverSetup<dim>{box, pitch, solid_density, gravity, walls, {}, Kinematics::axisymmetric,
+                         numerics},
         std::move(points), std::move(body), initial);
   }
 };
@@ -124,7 +143,7 @@ template <class Simulation>
 double angular_momentum(const Simulation& s, bool moments) {
   double sum = 0.0;
   s.visit_points([&](const auto& points) {
-    for (std::size_t p = 0; p < points.size(); ++p) {
+    for (const std::size_t p : points.occupied()) {
       const auto& x = points.x[p];
       const auto& v = points.v[p];
       sum += points.mass[p] * (x[0] * v[1] - x[1] * v[0] +

@@ -48,8 +48,8 @@ struct Warm {
   }
 };
 
-Block<PlaneStrain> box(int cells, bool conduction) {
-  Block<PlaneStrain> block{
+Cuboid<PlaneStrain> box(int cells, bool conduction) {
+  Cuboid<PlaneStrain> block{
       .h = 1.0 / cells, .box = {cells, cells}, .low = {0, 0}, .high = {cells, cells}};
   block.body = std::make_unique<BodyOf<Warm>>(Warm(any_case()));
   block.numerics.conduction = conduction;
@@ -73,7 +73,7 @@ double amplitude(int cells, bool conduction) {
   EXPECT_NEAR(solver->ledger().conduction, 0.0, 1e-12 * held);
   double sum = 0.0;
   const auto& points = solver->points();
-  for (std::size_t p = 0; p < points.size(); ++p)
+  for (const std::size_t p : points.occupied())
     sum += 2.0 * points.granular_temperature[p] * std::cos(std::numbers::pi * points.x[p][0]);
   return sum / static_cast<double>(points.size());
 }
@@ -97,7 +97,7 @@ TEST(Conduction, WhatAPointPassesOnIsWhatOthersGet) {
   for (int i = 0; i < 400; ++i) solver->step(0.05);
   const auto& points = solver->points();
   double net = 0.0, gained = 0.0;
-  for (std::size_t p = 0; p < points.size(); ++p) {
+  for (const std::size_t p : points.occupied()) {
     EXPECT_GE(points.granular_temperature[p], 0.0);
     net += points.mass[p] * points.conducted[p];
     if (points.x[p][0] > 0.5) gained += points.mass[p] * points.conducted[p];

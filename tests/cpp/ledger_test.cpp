@@ -11,14 +11,14 @@ using namespace test;
 double kinetic_energy(const Simulation& s) {
   double sum = 0.0;
   s.visit_points([&](const auto& points) {
-    for (std::size_t p = 0; p < points.size(); ++p)
+    for (const std::size_t p : points.occupied())
       sum += 0.5 * points.mass[p] * points.v[p].squaredNorm();
   });
   return sum;
 }
 
 /// Gives a block the full law on grains of the seed's column, at temperature `T` [m2/s2].
-void heat(Block<PlaneStrain>& block, double T) {
+void heat(Cuboid<PlaneStrain>& block, double T) {
   block.body = material_registry().at("solid_fluid")(any_case({"material.law=solid_fluid"}));
   block.granular_temperature = [T](const auto&) { return T; };
 }
@@ -27,7 +27,7 @@ void heat(Block<PlaneStrain>& block, double T) {
 TEST(Ledger, TransferIsTheKineticEnergyThePointsLose) {
   for (const auto scheme : {TransferScheme::pic, TransferScheme::flip, TransferScheme::apic,
                             TransferScheme::affine_flip}) {
-    Block<PlaneStrain> block{.box = {12, 12}, .low = {4, 4}, .high = {8, 8}};
+    Cuboid<PlaneStrain> block{.box = {12, 12}, .low = {4, 4}, .high = {8, 8}};
     block.velocity = [](const auto& x) {
       return Eigen::Vector2d(std::sin(40.0 * x[1]), std::cos(31.0 * x[0]));
     };
@@ -48,7 +48,7 @@ TEST(Ledger, TransferIsTheKineticEnergyThePointsLose) {
 TEST(Ledger, TimeIntegrationFallsWithTheStep) {
   const auto vibrate = [](double fraction) {
     const double length = 1.0, c = 10.0, k = 0.5 * std::numbers::pi / length;
-    Block<PlaneStrain> block{.h = length / 16, .box = {20, 4}, .low = {0, 0}, .high = {16, 4}};
+    Cuboid<PlaneStrain> block{.h = length / 16, .box = {20, 4}, .low = {0, 0}, .high = {16, 4}};
     block.body = linear_elastic(0.25);
     block.velocity = [&](const auto& x) { return Eigen::Vector2d(1e-3 * std::sin(k * x[0]), 0.0); };
     block.numerics.transfer = TransferScheme::flip;
@@ -70,7 +70,7 @@ TEST(Ledger, TimeIntegrationFallsWithTheStep) {
 // to the friction.
 TEST(Ledger, WallTakesTheEnergyOfASlidingBlock) {
   const double g = 10.0, mu = 0.1, v0 = 0.3;
-  Block<PlaneStrain> block{.h = 0.05, .box = {24, 8}, .low = {4, 0}, .high = {16, 4}};
+  Cuboid<PlaneStrain> block{.h = 0.05, .box = {24, 8}, .low = {4, 0}, .high = {16, 4}};
   block.gravity = {0.0, -g};
   block.walls[1][0] = Wall{Contact::coulomb, mu};
   block.body = linear_elastic(0.0);
@@ -83,7 +83,7 @@ TEST(Ledger, WallTakesTheEnergyOfASlidingBlock) {
   const std::uint32_t id = solver->points().id[0];
   while (solver->time() < 1.5 * v0 / (mu * g)) solver->step(solver->stable_step().dt);
   double end = 0.0;
-  for (std::size_t p = 0; p < solver->size(); ++p)
+  for (const std::size_t p : solver->points().occupied())
     if (solver->points().id[p] == id) end = solver->position(p)[0];
   // Rigid: stops after v0^2/(2 mu g) = 45 mm. Friction comes at once and sends a shear wave of mu g
   // H/c_s = 0.03 m/s up the block: a hundredth of v0^2, twice (start and stop).
@@ -95,7 +95,7 @@ TEST(Ledger, WallTakesTheEnergyOfASlidingBlock) {
 // says.
 TEST(Ledger, CollisionalIsTheHeatThatCools) {
   const double T = 1e-3, dt = 1e-4;
-  Block<PlaneStrain> block{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
+  Cuboid<PlaneStrain> block{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
   heat(block, T);
   auto solver = block.build<BSpline<2>>();
   const double held = solver->ledger().fluctuation, mass = density * 0.36;
@@ -105,7 +105,7 @@ TEST(Ledger, CollisionalIsTheHeatThatCools) {
   // dt/tau. The solver's softness and its backward Euler step change it by kap sqrt(T) G and
   // dt/tau, each below one part in a hundred here.
   auto short_run = [&] {
-    Block<PlaneStrain> again{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
+    Cuboid<PlaneStrain> again{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
     heat(again, T);
     auto other = again.build<BSpline<2>>();
     other->step(1e-7);
@@ -121,7 +121,7 @@ TEST(Ledger, CollisionalIsTheHeatThatCools) {
 // elastic energy that this frees is that of the pressures evening out: sum V p^2/2K before, less V
 // (mean p)^2/2K after.
 TEST(Ledger, MixingFreesTheEnergyOfUnevenPressures) {
-  Block<PlaneStrain> block{.box = {4, 4}, .low = {0, 0}, .high = {4, 4}};
+  Cuboid<PlaneStrain> block{.box = {4, 4}, .low = {0, 0}, .high = {4, 4}};
   block.body = linear_elastic(0.25);
   const double K = density * 100.0 / 1.8;  // P-wave modulus M = 9/5 K at nu = 1/4
   const auto above = [](const auto& x) { return std::fmod(x[1], 0.1) > 0.05; };
@@ -129,13 +129,13 @@ TEST(Ledger, MixingFreesTheEnergyOfUnevenPressures) {
   block.numerics.void_ratio_relaxation_time = 1e-3;
   auto solver = block.build<BSpline<2>>();
   // strain 100 Pa/K apart from the mean, one way and the other
-  for (std::size_t p = 0; p < solver->size(); ++p)
+  for (const std::size_t p : solver->points().occupied())
     solver->points().void_ratio[p] +=
         (above(solver->points().x[p]) ? -1 : 1) * 100.0 / K * (1.0 + void_ratio);
   const double volume = 0.16, held = solver->ledger().stored;
   for (int i = 0; i < 4000; ++i) solver->step(1e-5);
   double least = 1e9, most = -1e9;
-  for (std::size_t p = 0; p < solver->size(); ++p)
+  for (const std::size_t p : solver->points().occupied())
     least = std::min(least, solver->points().void_ratio[p]),
     most = std::max(most, solver->points().void_ratio[p]);
   EXPECT_NEAR(least, void_ratio, 1e-6);
@@ -153,7 +153,7 @@ TEST(Ledger, DetachedIsTheWorkBeyondTheCell) {
   // one step stretches a point to nine times its volume; at four times, twice its size, it is on
   // its own
   const double pressure = 1e-6, rate = 2.0, dt = 1.0;
-  Block<PlaneStrain> block{.box = {9, 9}, .low = {4, 4}, .high = {5, 5}, .points_per_cell = 1};
+  Cuboid<PlaneStrain> block{.box = {9, 9}, .low = {4, 4}, .high = {5, 5}, .points_per_cell = 1};
   block.body = linear_elastic(0.25);
   block.stress = [&](const auto&) { return SymTensor(pressure * identity()); };
   block.gradient = rate * Eigen::Matrix2d::Identity();
@@ -175,7 +175,7 @@ TEST(Ledger, DetachedIsTheWorkBeyondTheCell) {
 // A hot point alone keeps its heat for its own collisions: it must not turn it into motion again
 // and again.
 TEST(Ledger, ADetachedHotPointMakesNoEnergy) {
-  Block<PlaneStrain> block{.box = {9, 9}, .low = {4, 4}, .high = {5, 5}, .points_per_cell = 1};
+  Cuboid<PlaneStrain> block{.box = {9, 9}, .low = {4, 4}, .high = {5, 5}, .points_per_cell = 1};
   heat(block, 1.0);
   block.gradient = 100.0 * Eigen::Matrix2d::Identity();
   auto solver = block.build<BSpline<2>>();

@@ -24,7 +24,7 @@ TYPED_TEST_SUITE(SolverOf, Shapes);
 
 TYPED_TEST(SolverOf, FreeFallIsExact) {
   for (const auto scheme : schemes) {
-    Block<PlaneStrain> block{.box = {12, 30}, .low = {4, 20}, .high = {8, 24}};
+    Cuboid<PlaneStrain> block{.box = {12, 30}, .low = {4, 20}, .high = {8, 24}};
     block.gravity = {0.0, -9.81};
     block.numerics.transfer = scheme;
     auto solver = block.build<TypeParam>();
@@ -35,10 +35,10 @@ TYPED_TEST(SolverOf, FreeFallIsExact) {
     // operations on numbers of order v, and xpic's series doubles that; it grows at most linearly
     // with the steps.
     const double v = -9.81 * steps * dt, round_off = 24 * 2.2e-16 * steps;
-    for (std::size_t p = 0; p < solver->size(); ++p)
+    for (const std::size_t p : solver->points().occupied())
       EXPECT_NEAR(solver->velocity(p)[1], v, round_off * std::abs(v));
     double highest = 0.0, lowest = 1e9;
-    for (std::size_t p = 0; p < solver->size(); ++p) {
+    for (const std::size_t p : solver->points().occupied()) {
       lowest = std::min(lowest, solver->position(p)[1]);
       highest = std::max(highest, solver->position(p)[1]);
     }
@@ -52,7 +52,7 @@ TYPED_TEST(SolverOf, FreeFallIsExact) {
 /// Largest relative change of angular momentum in one of 50 steps of a rigidly rotating block.
 template <class Shape>
 double angular_momentum_drift(TransferScheme scheme, double omega, double dt) {
-  Block<PlaneStrain> block{.box = {20, 20}, .low = {7, 7}, .high = {13, 13}};
+  Cuboid<PlaneStrain> block{.box = {20, 20}, .low = {7, 7}, .high = {13, 13}};
   block.velocity = [&](const auto& x) {
     return Eigen::Vector2d(-omega * (x[1] - 1.0), omega * (x[0] - 1.0));
   };
@@ -112,14 +112,14 @@ TEST(AffineFlip, ContractionSteepensNoGradient) {
 }
 
 TEST(Solver, DetachedPointsStopAtTheVolumeOfTheirCell) {
-  Block<PlaneStrain> block{.box = {40, 40}, .low = {19, 19}, .high = {21, 21}};
+  Cuboid<PlaneStrain> block{.box = {40, 40}, .low = {19, 19}, .high = {21, 21}};
   block.velocity = [](const auto& x) { return Eigen::Vector2d(x[0] - 2.0, x[1] - 2.0); };
   block.gradient << 1.0, 0.0, 0.0, 1.0;
   block.numerics.averaging = VolumetricAveraging::none;
   auto solver = block.build<BSpline<2>>();
   for (int i = 0; i < 400; ++i) solver->step(0.005);
   double loosest = 0.0;
-  for (std::size_t p = 0; p < solver->size(); ++p)
+  for (const std::size_t p : solver->points().occupied())
     loosest = std::max(loosest, solver->points().void_ratio[p]);
   EXPECT_NEAR(loosest, 4.0 * (1.0 + void_ratio) - 1.0, 1e-9);
 }
@@ -129,7 +129,7 @@ TEST(Solver, DetachedPointsStopAtTheVolumeOfTheirCell) {
 TYPED_TEST(SolverOf, UniformStrainRatePassesThePatchTest) {
   Eigen::Matrix2d L;
   L << 0.3, -0.7, 0.2, -0.4;
-  Block<PlaneStrain> block{.box = {20, 20}, .low = {7, 7}, .high = {13, 13}};
+  Cuboid<PlaneStrain> block{.box = {20, 20}, .low = {7, 7}, .high = {13, 13}};
   block.velocity = [&](const auto& x) { return Eigen::Vector2d(L * x); };
   block.gradient = L;
   block.numerics.transfer = TransferScheme::apic;
@@ -142,7 +142,7 @@ TYPED_TEST(SolverOf, UniformStrainRatePassesThePatchTest) {
       (1.0 + void_ratio) * (Eigen::Matrix2d::Identity() + dt * L).determinant() - 1.0;
   SymTensor D = SymTensor::Zero();
   D[0] = -L(0, 0), D[1] = -L(1, 1), D[3] = -(L(0, 1) + L(1, 0)) / std::numbers::sqrt2;
-  for (std::size_t p = 0; p < solver->size(); ++p) {
+  for (const std::size_t p : solver->points().occupied()) {
     EXPECT_NEAR(solver->points().void_ratio[p], expected, 1e-14);
     EXPECT_NEAR(solver->points().deviatoric_strain[p],
                 dt * std::sqrt(2.0 / 3.0) * deviator(D).norm(), 1e-15);
@@ -154,14 +154,14 @@ TYPED_TEST(SolverOf, UniformStrainRatePassesThePatchTest) {
 TYPED_TEST(SolverOf, UniformPressureIsInEquilibrium) {
   for (const auto averaging :
        {VolumetricAveraging::none, VolumetricAveraging::cell, VolumetricAveraging::nodal}) {
-    Block<PlaneStrain> block{.box = {8, 6}, .low = {0, 0}, .high = {8, 6}};
+    Cuboid<PlaneStrain> block{.box = {8, 6}, .low = {0, 0}, .high = {8, 6}};
     block.body = linear_elastic(0.25);
     block.stress = [](const auto&) { return SymTensor(1000.0 * identity()); };
     block.numerics.averaging = averaging;
     auto solver = block.build<TypeParam>();
     for (int i = 0; i < 20; ++i) solver->step(solver->stable_step().dt);
     double speed = 0.0;
-    for (std::size_t p = 0; p < solver->size(); ++p)
+    for (const std::size_t p : solver->points().occupied())
       speed = std::max(speed, solver->velocity(p).norm());
     // The midpoint rule of two points per cell integrates linear slopes exactly; the cubic's wall
     // function (1-t)^3 it misses by 1/16 of the pressure, which moves the wall cell by twice that
@@ -182,7 +182,7 @@ struct StandingWave {
 template <class Shape>
 StandingWave standing_wave(int cells, TransferScheme scheme, StressUpdate update) {
   const double length = 1.0, v0 = 1e-3, c = 10.0;
-  Block<PlaneStrain> block{
+  Cuboid<PlaneStrain> block{
       .h = length / cells, .box = {cells + 4, 4}, .low = {0, 0}, .high = {cells, 4}};
   block.body = linear_elastic(0.25);  // confined between rollers: the P-wave speed, 10 m/s
   const double k = 0.5 * std::numbers::pi / length;
@@ -197,7 +197,7 @@ StandingWave standing_wave(int cells, TransferScheme scheme, StressUpdate update
   const int steps = static_cast<int>(std::ceil(half_period / solver->stable_step().dt));
   for (int i = 0; i < steps; ++i) solver->step(half_period / steps);
   double error = 0.0, norm = 0.0;  // after half a period every velocity has changed sign
-  for (std::size_t p = 0; p < solver->size(); ++p) {
+  for (const std::size_t p : solver->points().occupied()) {
     const double exact = -v0 * std::sin(k * solver->position(p)[0]);
     error += std::pow(solver->velocity(p)[0] - exact, 2);
     norm += exact * exact;
@@ -226,7 +226,7 @@ TYPED_TEST(SolverOf, StandingWaveKeepsItsEnergy) {
 /// A column in its own K0 stress stays there, and carries its weight.
 TYPED_TEST(SolverOf, HydrostaticColumnDoesNotDrift) {
   const double g = 9.81, height = 1.0;
-  Block<PlaneStrain> block{
+  Cuboid<PlaneStrain> block{
       .h = 0.1, .box = {2, 14}, .low = {0, 0}, .high = {2, 10}, .points_per_cell = 4};
   block.gravity = {0.0, -g};
   block.walls[1][0].contact = Contact::fixed;
@@ -242,7 +242,7 @@ TYPED_TEST(SolverOf, HydrostaticColumnDoesNotDrift) {
   while (solver->time() < end) {
     solver->step(solver->stable_step().dt);
     if (solver->time() < 0.5 * end) continue;
-    for (std::size_t p = 0; p < solver->size(); ++p)
+    for (const std::size_t p : solver->points().occupied())
       if (solver->position(p)[1] < 0.1)
         base += solver->points().sigma[p][1] / (density * g * (height - solver->position(p)[1])),
             ++samples;
@@ -251,11 +251,13 @@ TYPED_TEST(SolverOf, HydrostaticColumnDoesNotDrift) {
   EXPECT_NEAR(base / samples, 1.0, 0.01);
   // Roughness: root mean square of p minus its linear fit in depth, over the mean. The wall cell's
   // quadrature is what is left.
-  Eigen::MatrixXd basis(solver->size(), 2);
-  Eigen::VectorXd pressure(solver->size());
-  for (std::size_t p = 0; p < solver->size(); ++p) {
+  const auto rows = static_cast<Eigen::Index>(solver->size());
+  Eigen::MatrixXd basis(rows, 2);
+  Eigen::VectorXd pressure(rows);
+  Eigen::Index row = -1;
+  for (const std::size_t p : solver->points().occupied()) {
     EXPECT_LT(solver->velocity(p).norm(), 0.01 * std::sqrt(g * height));
-    const auto row = static_cast<Eigen::Index>(p);
+    ++row;
     basis.row(row) << 1.0, solver->position(p)[1];
     pressure[row] = trace(solver->points().sigma[p]) / 3.0;
   }
@@ -266,9 +268,9 @@ TYPED_TEST(SolverOf, HydrostaticColumnDoesNotDrift) {
 
 /// Velocities of the points, by id, and what transfers lost, of a block that falls onto a floor.
 template <class Kinematics>
-auto fallen(const Block<Kinematics>& start, int threads) {
+auto fallen(const Cuboid<Kinematics>& start, int threads) {
   omp_set_num_threads(threads);
-  Block<Kinematics> block{.box = start.box, .low = start.low, .high = start.high};
+  Cuboid<Kinematics> block{.box = start.box, .low = start.low, .high = start.high};
   block.gravity[1] = -9.81;
   block.walls[1][0].contact = Contact::fixed;
   block.body = linear_elastic(0.25);
@@ -276,22 +278,23 @@ auto fallen(const Block<Kinematics>& start, int threads) {
   for (int i = 0; i < 300; ++i) solver->step(solver->stable_step().dt);
   omp_set_num_threads(1);
   std::map<std::uint32_t, Vec3> v;
-  for (std::size_t p = 0; p < solver->size(); ++p) v[solver->points().id[p]] = solver->velocity(p);
+  for (const std::size_t p : solver->points().occupied())
+    v[solver->points().id[p]] = solver->velocity(p);
   return std::pair(v, solver->ledger().transfer);
 }
 
 // Strips of one colour share no node, in the plane and in space, whose strips are thinner.
 TEST(Solver, ResultsDoNotDependOnThreads) {
-  const Block<PlaneStrain> plane{.box = {30, 30}, .low = {0, 2}, .high = {17, 12}};
+  const Cuboid<PlaneStrain> plane{.box = {30, 30}, .low = {0, 2}, .high = {17, 12}};
   EXPECT_EQ(fallen(plane, 1), fallen(plane, 2));
-  const Block<ThreeDimensional> space{.box = {16, 16, 4}, .low = {0, 1, 0}, .high = {11, 6, 4}};
+  const Cuboid<ThreeDimensional> space{.box = {16, 16, 4}, .low = {0, 1, 0}, .high = {11, 6, 4}};
   EXPECT_EQ(fallen(space, 1), fallen(space, 2));
 }
 
 // Nine points in every cell: two fours of each, and in the end of the strip what the cells have
 // left over.
 TEST(Solver, PointsThatShareACellStayTogether) {
-  Block<PlaneStrain> block{.box = {20, 20}, .low = {5, 5}, .high = {10, 9}, .points_per_cell = 3};
+  Cuboid<PlaneStrain> block{.box = {20, 20}, .low = {5, 5}, .high = {10, 9}, .points_per_cell = 3};
   const auto solver = block.build<BSpline<2>>();
   const auto cell = [&](std::size_t p) {
     return std::pair(std::floor(solver->position(p)[0] / block.h),
@@ -323,7 +326,7 @@ struct Vanishing : Inert {
 };
 
 TEST(Solver, AStepWithoutStressToLimitItStaysNearTheFirst) {
-  Block<PlaneStrain> block{.box = {6, 6}, .low = {1, 1}, .high = {4, 4}};
+  Cuboid<PlaneStrain> block{.box = {6, 6}, .low = {1, 1}, .high = {4, 4}};
   block.body = std::make_unique<BodyOf<Vanishing>>(Vanishing(any_case()));
   auto solver = block.build<BSpline<2>>();
   const double first = solver->stable_step().dt;
@@ -332,7 +335,7 @@ TEST(Solver, AStepWithoutStressToLimitItStaysNearTheFirst) {
 }
 
 TEST(Solver, MassAndMomentumAreKeptInThreeDimensions) {
-  Block<ThreeDimensional> block{.box = {10, 10, 10}, .low = {3, 3, 3}, .high = {7, 7, 7}};
+  Cuboid<ThreeDimensional> block{.box = {10, 10, 10}, .low = {3, 3, 3}, .high = {7, 7, 7}};
   block.velocity = [](const auto& x) {
     return Vec3(std::sin(9 * x[1]), std::cos(7 * x[2]), x[0] * x[0]);
   };
@@ -340,7 +343,7 @@ TEST(Solver, MassAndMomentumAreKeptInThreeDimensions) {
   auto solver = block.build<BSpline<2>>();
   const auto momentum = [&] {
     Vec3 sum = Vec3::Zero();
-    for (std::size_t p = 0; p < solver->size(); ++p)
+    for (const std::size_t p : solver->points().occupied())
       sum += solver->points().mass[p] * solver->velocity(p);
     return sum;
   };
@@ -353,7 +356,7 @@ TEST(Solver, MassAndMomentumAreKeptInThreeDimensions) {
 /// each step.
 TEST(Solver, AxisymmetricExpansionHasHoopStrain) {
   const double a = 0.5, dt = 1e-3;
-  Block<Axisymmetric> block{.box = {20, 12}, .low = {4, 3}, .high = {12, 9}};
+  Cuboid<Axisymmetric> block{.box = {20, 12}, .low = {4, 3}, .high = {12, 9}};
   block.velocity = [&](const auto& x) { return Eigen::Vector2d(a * x[0], 0.0); };
   block.gradient << a, 0.0, 0.0, 0.0;
   block.numerics.transfer = TransferScheme::apic;
@@ -361,7 +364,7 @@ TEST(Solver, AxisymmetricExpansionHasHoopStrain) {
   auto solver = block.build<BSpline<2>>();
   solver->step(dt);
   const double expected = (1.0 + void_ratio) * std::pow(1.0 + a * dt, 2) - 1.0;
-  for (std::size_t p = 0; p < solver->size(); ++p)
+  for (const std::size_t p : solver->points().occupied())
     EXPECT_NEAR(solver->points().void_ratio[p], expected, 1e-13);
 }
 

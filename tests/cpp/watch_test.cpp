@@ -17,15 +17,15 @@ constexpr double height = 1.0, gravity = 9.81, cell = 0.1;
 
 /// A block at rest with the given velocity field, and a watch on it.
 struct Watched {
-  std::unique_ptr<Solver<PlaneStrain, BSpline<2>>> solver;
+  std::unique_ptr<Solver<2, BSpline<2>>> solver;
   Watch watch;
   explicit Watched(std::function<Eigen::Vector2d(const Eigen::Vector2d&)> velocity,
                    VolumetricAveraging averaging = VolumetricAveraging::cell)
       : solver(build(velocity, averaging)), watch(*solver, height, gravity, cell) {}
-  static std::unique_ptr<Solver<PlaneStrain, BSpline<2>>> build(
+  static std::unique_ptr<Solver<2, BSpline<2>>> build(
       const std::function<Eigen::Vector2d(const Eigen::Vector2d&)>& velocity,
       VolumetricAveraging averaging) {
-    Block<PlaneStrain> block{.box = {20, 20}, .low = {4, 4}, .high = {12, 12}};
+    Cuboid<PlaneStrain> block{.box = {20, 20}, .low = {4, 4}, .high = {12, 12}};
     block.velocity = velocity;
     block.numerics.averaging = averaging;
     return block.build<BSpline<2>>();
@@ -48,7 +48,7 @@ TEST(Watch, SaysNothingOfAMotionThatCellsCanSee) {
 TEST(Watch, WarnsOfMotionThatCellsCannotSee) {
   Watched block([](const auto&) { return Eigen::Vector2d(1.0, 0.0); });
   auto& points = block.solver->points();
-  for (std::size_t p = 0; p < points.size(); ++p) points.v[p][1] = 0.5 * chequer(points.x[p]);
+  for (const std::size_t p : points.occupied()) points.v[p][1] = 0.5 * chequer(points.x[p]);
   block.watch.points(*block.solver);
   const auto warnings = block.watch.warnings(block.solver->ledger(), block.solver->ledger());
   ASSERT_EQ(warnings.size(), 1u);
@@ -69,7 +69,7 @@ TEST(Watch, WarnsOfTensionAndOfPressureThatDiffersWithinCells) {
   Watched block([](const auto&) { return Eigen::Vector2d(0.0, 0.0); }, VolumetricAveraging::none);
   auto& points = block.solver->points();
   const double pressure = block.solver->solid_density() * gravity * height;
-  for (std::size_t p = 0; p < points.size(); ++p)
+  for (const std::size_t p : points.occupied())
     points.sigma[p].head<3>().setConstant((1.0 + 2.0 * chequer(points.x[p])) * pressure);
   block.watch.points(*block.solver);
   const auto warnings = block.watch.warnings(block.solver->ledger(), block.solver->ledger());

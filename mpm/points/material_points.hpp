@@ -75,21 +75,24 @@ struct ActiveBox {
   }
 };
 
+/// What points of a cell share in a step: what they have given of their rates, and what they give
+/// of their pressures.
+struct CellsOfStep {
+  const GivenCells& rates;  // volumetric rates and void ratios [1/s], [-]
+  GivingCells& pressures;   // of sigma [Pa]
+};
+
 /// A regime's number of each point of a block.
-template <class B>
-void store_regime(const Wide& from, const B& block, std::vector<std::int32_t>& regime) {
+inline void store_regime(const Wide& from, const Block& block, std::vector<std::int32_t>& regime) {
   using Four [[gnu::vector_size(16), gnu::aligned(4)]] = std::int32_t;
-  const auto numbers = __builtin_convertvector(lanes(from), LanesOf<std::int32_t, 4>);
-  if (block.count == Wide::size())
-    *reinterpret_cast<Four*>(&regime[block.first]) = numbers;
-  else
-    for (std::size_t lane = 0; lane < block.count; ++lane) regime[block(lane)] = numbers[lane];
+  *reinterpret_cast<Four*>(&regime[block.first]) =
+      __builtin_convertvector(lanes(from), LanesOf<std::int32_t, 4>);
 }
 
-template <class Kinematics>
-class PointStage {
+template <int Dim>
+class MaterialPoints {
  public:
-  static constexpr int dim = Kinematics::dimension;
+  static constexpr int dim = Dim;
   template <class Real>
   using VecOf = VectorOf<dim, Real>;
   template <class Real>
@@ -99,29 +102,29 @@ class PointStage {
 
   Points<dim> points;
   // what the grid gave
-  ExchangedColumns<MatOf> velocity_gradient;  // [1/s]
-  ExchangedColumns<VecOf> grid_velocity;      // at the points, which move with it [m/s]
-  std::vector<double> hoop;                   // v_r/r, where the run is axisymmetric [1/s]
+  ExchangedArrays<MatOf> velocity_gradient;  // [1/s]
+  ExchangedArrays<VecOf> grid_velocity;      // at the points, which move with it [m/s]
+  std::vector<double> hoop;                  // v_r/r, where the run is axisymmetric [1/s]
   std::vector<double>
       volumetric_rate;  // averaged over nodes, or not at all; compression positive [1/s]
   // what points of a cell share
   ActiveBox<dim> box;
   std::vector<double> pressure;         // of sigma alone [Pa]
   std::vector<double> shared_pressure;  // averaged over nodes [Pa]
-  CellMeans rates,
-      pressures;  // volumetric rates and void ratios [1/s], [-]; pressures of sigma [Pa]
 
-  /// `narrow`: what comes from the grid comes in single precision.
-  PointStage(const Numerics& numerics, Points<dim> of, double point_size, double density,
-             const Vec& weight, bool narrow)
+  /// `single`: what comes from the grid comes in single precision. Where the run is axisymmetric x
+  /// is the radius, and the hoop strain rate v_r/r has a stress that pulls on the radial momentum.
+  MaterialPoints(const Numerics& numerics, Points<dim> of, double point_size, double density,
+                 const Vec& weight, bool single, bool axisymmetric)
       : points(std::move(of)),
-        velocity_gradient(points.size(), narrow),
-        grid_velocity(points.size(), narrow),
-        hoop(Kinematics::axisymmetric ? points.size() : 0),
+        velocity_gradient(points.size(), single),
+        grid_velocity(points.size(), single),
+        hoop(axisymmetric ? points.size() : 0),
         volumetric_rate(points.size()),
         pressure(points.size()),
         shared_pressure(numerics.averaging == VolumetricAveraging::nodal ? points.size() : 0),
         numerics_(numerics),
+        axisymmetric_(axisymmetric),
         specific_volume_(1.0 / density),
         gravity_(weight) {
     for (const double e : points.void_ratio) loosest_mixed_ = std::max(loosest_mixed_, 2.0 * e);
@@ -129,17 +132,21 @@ class PointStage {
     double cell_volume = 0.0;  // of plane strain and 3-D, over the thickness simulated [m3]
     for (std::size_t p = 0; p < points.size(); ++p)
       cell_volume = std::max(cell_volume, volume(p) * std::pow(numerics.h / point_size, dim));
-    most_solid_ =
-        room * density *
-        (Kinematics::axisymmetric ? 2.0 * std::numbers::pi * numerics.h * numerics.h : cell_volume);
+    most_solid_ = room * density *
+                  (axisymmetric ? 2.0 * std::numbers::pi * numerics.h * numerics.h : cell_volume);
   }
 
   /// point[i] <- point[order[i]], of what lasts from step to step.
-  void reorder(const std::vector<std::uint32_t>& order) {
+  void reorder(const Order& order) {
     points.reorder(order);
     reorder_field(pressure, order);
     if (!shared_pressure.empty()) reorder_field(shared_pressure, order);
+    velocity_gradient.resize(points.size()), grid_velocity.resize(points.size());
+    volumetric_rate.resize(points.size());
+    if (axisymmetric_) hoop.resize(points.size());
   }
+
+  bool axisymmetric() const { return axisymmetric_; }
 
   /// A step of dt begins, of which points take their strain and, if `moves`, their way.
   void begin(double dt, bool moves) {
@@ -154,19 +161,18 @@ class PointStage {
   }
   template <class B>
   Wide volume(const B& block) const {
-    return block.load_once(points.mass) * specific_volume(block);
+    return block.load(points.mass) * specific_volume(block);
   }
   double volume(std::size_t p) const {
     return points.mass[p] * (1.0 + points.void_ratio[p]) * specific_volume_;
   }
 
   /// Their volumetric rate and void ratio to their cells.
-  template <class B>
-  void give_rate(const B& block, const Wide& divergence) {
+  void give_rate(const Block& block, const Wide& divergence, GivingCells& rates) {
     if (numerics_.averaging != VolumetricAveraging::cell) block.store(-divergence, volumetric_rate);
     if (!numerics_.averages_rates()) return;
     const Wide v = volume(block), e = block.load(points.void_ratio);
-    const Wide mixed = select(e < loosest_mixed_, block.load_once(points.mass), Wide(0.0));
+    const Wide mixed = select(e < loosest_mixed_, block.load(points.mass), Wide(0.0));
     rates.give(cell(block), {v, -(v * divergence), mixed, mixed * e});
   }
 
@@ -179,8 +185,8 @@ class PointStage {
   /// it has nothing left to push against. The law sees the part of its strain that led there, and
   /// from then on none, and its stress stays its own; what that stress did to the grid beyond is
   /// booked as the detachment's.
-  template <class B>
-  Strained strain(const B& block, PointSums& sums) {
+  template <bool Axisymmetric>
+  Strained strain(const Block& block, const GivenCells& rates, PointSums& sums) {
     Strained out;
     auto& step = out.step;
     const Wide e = block.load(points.void_ratio);
@@ -199,9 +205,9 @@ class PointStage {
     }
     const auto gradient = velocity_gradient.load(block);
     Wide around = 0.0;
-    if constexpr (Kinematics::axisymmetric) around = block.load(hoop);
+    if constexpr (Axisymmetric) around = block.load(hoop);
     const auto L = [&](int i, int j) {  // dv_i/dx_j
-      if (Kinematics::axisymmetric && i == 2 && j == 2) return around;
+      if (Axisymmetric && i == 2 && j == 2) return around;
       return i < dim && j < dim ? gradient[static_cast<std::size_t>(j)][i] : Wide(0.0);
     };
     constexpr double r = 1.0 / std::numbers::sqrt2;
@@ -231,16 +237,16 @@ class PointStage {
       const Wide loosest = most_solid(block) / mass - 1.0;
       const Wide room = log((1.0 + loosest) / (1.0 + e));
       const Wide share = select(fills, select(room > 0.0, room / log(J), Wide(0.0)), Wide(1.0));
-      sums.detached += reduce(dt_ * (1.0 - share) *
-                              (block.load_once(points.mass) * (1.0 + e) * specific_volume_) *
-                              points.sigma.load(block).dot(step.D));
+      sums.detached +=
+          reduce(dt_ * (1.0 - share) * (block.load(points.mass) * (1.0 + e) * specific_volume_) *
+                 points.sigma.load(block).dot(step.D));
       step.void_ratio = select(fills, loosest, step.void_ratio);
       step.D = share * step.D;
       out.detached = select(fills, Wide(1.0), Wide(0.0));
     }
     if (!all(step.void_ratio > 0.0))
       for (std::size_t lane = 0; lane < Wide::size(); ++lane)
-        if (!(step.void_ratio[lane] > 0.0))
+        if (!(step.void_ratio[lane] > 0.0 || points.mass[block(lane)] == 0.0))
           sums.inverted = static_cast<std::ptrdiff_t>(block(lane));
     block.store(step.void_ratio, points.void_ratio);
     block.store(
@@ -251,15 +257,15 @@ class PointStage {
 
   /// What the law made of it, to the points and to the sums. What a law without fluctuations leaves
   /// at zero is not touched.
-  template <bool Fluctuates, class B>
-  void book(const B& block, const Wide& mixing, const Wide& detached, const Outcome& law,
-            PointSums& sums) {
+  template <bool Fluctuates>
+  void book(const Block& block, const Wide& mixing, const Wide& detached, const Outcome& law,
+            GivingCells& pressures, PointSums& sums) {
     WideTensor sigma = law.sigma;
     if (const auto alone = detached > 0.0; any(alone))
       sigma = select(alone, WideTensor::Zero(), sigma);
     points.sigma.store(sigma, block, Where::tensor);
     block.store(block.load(points.plastic) + law.energies.plastic, points.plastic);
-    const Wide m = block.load_once(points.mass), inverse_density = specific_volume(block),
+    const Wide m = block.load(points.mass), inverse_density = specific_volume(block),
                v = m * inverse_density;
     const Wide p = trace(sigma) * (1.0 / 3.0);
     const bool mixes = numerics_.averages_rates();
@@ -281,16 +287,15 @@ class PointStage {
 
   /// To their new places, and gives the numbers of the cells there; a point that would leave the
   /// grid is named.
-  template <class B>
-  Wide move(const B& block, PointSums& sums) {
+  Wide move(const Block& block, PointSums& sums) {
     const auto x = points.x.load(block) + Wide(dt_) * grid_velocity.load(block);
     points.x.store(x, block);
     Wide height = 0.0;
     for (int d = 0; d < dim; ++d) height -= gravity_[d] * x[d];
-    sums.potential += block.load_once(points.mass) * height;
+    sums.potential += block.load(points.mass) * height;
     const auto inside = box.holds(x);
     if (!all(inside))
-      for (std::size_t lane = 0; lane < block.count; ++lane)
+      for (std::size_t lane = 0; lane < Wide::size(); ++lane)
         if (!inside[lane]) sums.escaped = static_cast<std::ptrdiff_t>(block(lane));
     return select(inside, box.cell(x), Wide(0.0));
   }
@@ -300,8 +305,7 @@ class PointStage {
   }
 
   /// Their pressure to their cells.
-  template <class B>
-  void give_pressure(const B& block, const Wide& to) {
+  void give_pressure(const Block& block, const Wide& to, GivingCells& pressures) const {
     if (!numerics_.averages_pressures()) return;
     const Wide v = volume(block);
     pressures.give(to, {v, v * block.load(pressure)});
@@ -311,13 +315,13 @@ class PointStage {
   /// volumetric rate, so that the work of the two is the same, sum V p avg(tr D) = sum V avg(p) tr
   /// D [Pa].
   template <class B>
-  WideTensor felt_stress(const B& block) const {
+  WideTensor felt_stress(const B& block, const GivenCells& pressures) const {
     const WideTensor sigma = points.sigma.load(block, Where::tensor);
-    return plus_isotropic(sigma, pressure_correction(block, trace(sigma) * (1.0 / 3.0)));
+    return plus_isotropic(sigma, pressure_correction(block, trace(sigma) * (1.0 / 3.0), pressures));
   }
   /// What averaging adds to a point's own pressure [Pa].
   template <class B>
-  Wide pressure_correction(const B& block, const Wide& own) const {
+  Wide pressure_correction(const B& block, const Wide& own, const GivenCells& pressures) const {
     switch (numerics_.averaging) {
       case VolumetricAveraging::none:
         return 0.0;
@@ -348,7 +352,7 @@ class PointStage {
     if (!any(c2 + (2.0 * most) * damping > most * most)) return;
     const Wide rate = k * (sqrt(c2 + damping * damping) + damping);
     for (std::size_t lane = 0; lane < Wide::size(); ++lane)
-      if (rate[lane] > fastest.rate) {
+      if (rate[lane] > fastest.rate && points.mass[block(lane)] > 0.0) {
         const std::size_t p = block(lane);
         fastest = {rate[lane],
                    damping[lane] * damping[lane] > c2[lane] ? Limit::viscous
@@ -362,11 +366,12 @@ class PointStage {
   /// Mass times specific volume, relative to the solid's, at which a point fills its cell [kg].
   template <class B>
   Wide most_solid(const B& block) const {
-    if constexpr (Kinematics::axisymmetric) return most_solid_ * points.x.load(block)[0];
+    if (axisymmetric_) return most_solid_ * points.x.load(block)[0];
     return most_solid_;
   }
 
   Numerics numerics_;
+  bool axisymmetric_;
   double specific_volume_;               // of solid [m3/kg]
   Vec gravity_;                          // [m/s2]
   double loosest_mixed_ = 0.0;           // void ratio [-]

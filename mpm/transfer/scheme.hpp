@@ -1,6 +1,9 @@
+// The names of the transfer schemes; what they do is in a file each.
 #pragma once
 
 namespace grainpair {
+
+enum class TransferScheme { pic, flip, apic, affine_flip, xpic };
 
 /// What a point carries of its surroundings' motion besides its own velocity.
 enum class Affine {

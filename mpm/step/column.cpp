@@ -1,0 +1,144 @@
+#include "mpm/step/column.hpp"
+
+#include <fmt/format.h>
+
+#include <random>
+
+#include "mpm/step/solver.hpp"
+
+namespace grainpair {
+namespace {
+
+/// Gives the points the packing's mass, shared among those of each of its cells, and its stress;
+/// void ratios follow from mass and volume. Throws CaseError where grains would be left without a
+/// point.
+template <int dim>
+void start_from(const Packing& packing, const Case& scene, double volume, Points<dim>& points,
+                std::vector<InitialState>& initial) {
+  std::vector<std::size_t> count(packing.cells(), 0), cell(points.size());
+  for (std::size_t p = 0; p < points.size(); ++p)
+    ++count[cell[p] = packing.cell_of(points.x[p][0], points.x[p][1])];
+  for (std::size_t c = 0; c < count.size(); ++c)
+    if ((count[c] == 0) != (packing.mass(c) == 0.0))
+      throw CaseError(fmt::format(
+          "{}: initial.state: a cell of the packing in {} holds {} points and {:.3g} kg of grains "
+          "(mass would be lost or a point empty) use as many points as cells at least, and a "
+          "packing of this case",
+          scene.path(), packing.path(), count[c], packing.mass(c)));
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    points.mass[p] = packing.mass(cell[p]) / static_cast<double>(count[cell[p]]);
+    points.void_ratio[p] = initial[p].void_ratio =
+        scene.number("grains.density") * volume / points.mass[p] - 1.0;
+    initial[p].sigma = packing.stress(points.x[p][0], points.x[p][1]);
+  }
+}
+
+template <int dim>
+SolverSetup<dim> setup_of(const Case& scene, const Numerics& numerics) {
+  const double H = scene.number("geometry.height"), L = scene.number("geometry.length");
+  const double W = scene.number("geometry.thickness"), h = numerics.h;
+  SolverSetup<dim> setup;
+  // room above the column for points thrown up; a point that leaves ends the run and says so
+  const std::array<double, 3> extent{scene.number("geometry.floor_length"), 1.5 * H + 4.0 * h, W};
+  for (int d = 0; d < dim; ++d)
+    setup.cells[d] = static_cast<int>(std::ceil(extent[static_cast<std::size_t>(d)] / h - 1e-9));
+  if (dim == 3 && std::abs(setup.cells[dim - 1] * h - W) > 1e-9 * W)
+    throw CaseError(fmt::format(
+        "{}: geometry.thickness {} m is not a whole number of cells of {} m (the front and back "
+        "rollers are faces of the grid) choose mpm.cell_size to divide it",
+        scene.path(), W, h));
+  setup.point_size = h / static_cast<double>(scene.integer("mpm.points_per_cell"));
+  setup.solid_density = scene.number("grains.density");
+  setup.gravity.setZero();
+  setup.gravity[1] = -scene.number("geometry.gravity");
+  setup.numerics = numerics;
+  setup.walls[0][0] = scene.word("walls.left") == "smooth"
+                          ? Wall{Contact::roller}
+                          : Wall{Contact::coulomb, scene.number("walls.left_friction")};
+  setup.walls[1][0] = scene.word("walls.base") == "glued"
+                          ? Wall{Contact::fixed}
+                          : Wall{Contact::coulomb, scene.number("walls.base_friction")};
+  setup.axisymmetric = scene.word("geometry.dimension") == "axisymmetric";
+  if (scene.word("walls.gate") == "lifted")
+    setup.gate = {L, scene.number("walls.gate_speed"), true};
+  return setup;
+}
+
+/// Points on a regular lattice in the column [0, L] x [0, H] (x [0, W]), and the K0 stress under
+/// their own weight: sigma_yy = rho_s g (H - y)/(1 + e0), sigma_xx = sigma_zz = K0 sigma_yy; or
+/// from a settled packing. Whole numbers of points fill the column exactly, as near to the asked
+/// density as that allows.
+template <int dim>
+Points<dim> points_of(const Case& scene, const Numerics& numerics, const Start& start,
+                      bool axisymmetric, std::vector<InitialState>& initial) {
+  const double H = scene.number("geometry.height"), g = scene.number("geometry.gravity");
+  const double rho_s = scene.number("grains.density"), e0 = scene.number("initial.void_ratio");
+  const double spacing = numerics.h / static_cast<double>(scene.integer("mpm.points_per_cell"));
+  const std::array<double, 3> size{scene.number("geometry.length"), H,
+                                   scene.number("geometry.thickness")};
+  std::array<int, 3> count{1, 1, 1};
+  std::array<double, 3> pitch = size;
+  for (std::size_t d = 0; d < dim; ++d) {
+    count[d] = std::max(1, static_cast<int>(std::lround(size[d] / spacing)));
+    pitch[d] = size[d] / count[d];
+  }
+  Points<dim> points;
+  const auto n = static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) *
+                 static_cast<std::size_t>(count[2]);
+  points.resize(n);
+  initial.resize(n);
+  std::mt19937_64 random(start.seed);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const double jitter = scene.number("mpm.jitter");
+  const double K0 = scene.number("initial.lateral_stress_ratio");
+  const double temperature = scene.number("initial.granular_temperature");
+  std::size_t p = 0;
+  for (int i = 0; i < count[0]; ++i)
+    for (int j = 0; j < count[1]; ++j)
+      for (int k = 0; k < count[2]; ++k, ++p) {
+        const std::array<int, 3> index{i, j, k};
+        for (std::size_t d = 0; d < dim; ++d)
+          points.x[p][static_cast<int>(d)] =
+              pitch[d] * (index[d] + 0.5 + 0.5 * jitter * unit(random));
+        // a ring of radius x in an axisymmetric column: the whole circle, not a slab
+        const double depth = axisymmetric ? 2.0 * std::numbers::pi * points.x[p][0] : pitch[2];
+        points.mass[p] = rho_s / (1.0 + e0) * pitch[0] * pitch[1] * depth;
+        points.void_ratio[p] = e0;
+        points.id[p] = static_cast<std::uint32_t>(p);
+        const double sigma_v = rho_s * g / (1.0 + e0) * (H - points.x[p][1]);
+        initial[p] = {SymTensor{K0 * sigma_v, sigma_v, K0 * sigma_v, 0.0, 0.0, 0.0}, e0,
+                      temperature};
+      }
+  if (start.packing)
+    start_from(*start.packing, scene, pitch[0] * pitch[1] * pitch[2], points, initial);
+  return points;
+}
+
+template <int dim, class Shape, class Exchanged = Wide>
+std::unique_ptr<Simulation> column_of(const Case& scene, const Numerics& numerics,
+                                      const Start& start) {
+  const auto setup = setup_of<dim>(scene, numerics);
+  std::vector<InitialState> initial;
+  auto points = points_of<dim>(scene, numerics, start, setup.axisymmetric, initial);
+  return std::make_unique<Solver<dim, Shape, Exchanged>>(
+      setup, std::move(points), material_registry().at(scene.word("material.law"))(scene), initial);
+}
+
+}  // namespace
+
+template <int dim>
+std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics,
+                                        const Start& start) {
+  const std::string& shape = scene.word("mpm.shape");
+  if (shape == "linear") return column_of<dim, BSpline<1>>(scene, numerics, start);
+  if (shape == "gimp") return column_of<dim, Gimp>(scene, numerics, start);
+  if (shape == "cubic_bspline") return column_of<dim, BSpline<3>>(scene, numerics, start);
+  if (scene.word("mpm.precision") == "double")
+    return column_of<dim, BSpline<2>>(scene, numerics, start);
+  return column_of<dim, BSpline<2>, WideFloat>(scene, numerics, start);
+}
+
+template std::unique_ptr<Simulation> make_column<2>(const Case&, const Numerics&, const Start&);
+template std::unique_ptr<Simulation> make_column<3>(const Case&, const Numerics&, const Start&);
+
+}  // namespace grainpair

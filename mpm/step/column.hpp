@@ -1,0 +1,15 @@
+// The column of a case: points, walls and law, in a solver of the case's dimension and functions.
+#pragma once
+
+#include <memory>
+
+#include "mpm/step/simulation.hpp"
+
+namespace grainpair {
+
+/// Throws CaseError where the case's grid or packing does not fit.
+template <int dim>
+std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics,
+                                        const Start& start);
+
+}  // namespace grainpair

@@ -1,0 +1,98 @@
+// Fields that points share over the nodes beside their motion: granular temperature, and averages.
+#pragma once
+
+#include "mpm/step/stages_transfer.hpp"
+
+namespace grainpair {
+
+/// Granular temperature flows, q = -kappa grad T, between the points and through no wall:
+///   T_i = sum_p w_ip m_p T_p / m_i,  m_i de_i = dt sum_p V_p grad w_ip . q_p,
+///   de_p = sum_i w_ip de_i  [J/kg].
+/// The functions' slopes cancel at every point, so that nothing is gained or lost; where a point is
+/// asked for more than it holds, what that creates is booked. Explicit, in sub-steps of half the
+/// largest stable, 3/2 rho h^2/(4 dim kappa).
+template <int D, class S, class E>
+void Solver<D, S, E>::conduct(double dt) {
+  const double h = setup_.numerics.h;
+  scratch_.resize(points_.size());
+  std::vector<double> rates(strips_.size());  // kappa/rho [m2/s]
+  for_each_strip([&](std::size_t s) {
+    for_each_point_of(strips_[s], [&](std::size_t p) {
+      scratch_[p] = body_->conductivity(p, points_.void_ratio[p]) * material_.volume(p);
+      rates[s] = std::max(rates[s], scratch_[p] / points_.mass[p]);
+    });
+  });
+  const double fastest = *std::max_element(rates.begin(), rates.end());
+  const auto rounds = static_cast<long>(std::ceil(dt * fastest * 4.0 * dim / (0.5 * 1.5 * h * h)));
+  for (long round = 0; round < rounds; ++round) {
+    for_each_slice([&](int i) { clear_nodes(i); });
+    for_each_point([&](std::size_t p) {
+      const double m = points_.mass[p];
+      for_each_weight(p, [&](Node<dim>& node, double w) {
+        node.mass += w * m;
+        node.motion[0] += w * m * points_.granular_temperature[p];
+      });
+    });
+    for_each_point([&](std::size_t p) {
+      Vec flux = Vec::Zero();  // times volume and time [J m]
+      for_each_weight(p, [&](const Node<dim>& node, double, const Vec& slope) {
+        flux -= node.motion[0] / node.mass * slope;
+      });
+      flux *= scratch_[p] * dt / static_cast<double>(rounds);
+      for_each_weight(
+          p, [&](Node<dim>& node, double, const Vec& slope) { node.change[0] += slope.dot(flux); });
+    });
+    std::vector<Sums> sums(strips_.size());
+    for_each_strip([&](std::size_t s) {
+      for_each_point_of(strips_[s], [&](std::size_t p) {
+        double energy = 0.0;
+        for_each_weight(
+            p, [&](const Node<dim>& node, double w) { energy += w * node.change[0] / node.mass; });
+        points_.granular_temperature[p] = body_->heat(p, energy);
+        const double held = 1.5 * points_.granular_temperature[p],
+                     change = held - points_.fluctuation[p];
+        points_.fluctuation[p] = held;
+        points_.conducted[p] += change;
+        sums[s].gained += points_.mass[p] * change;
+        sums[s].conducted += points_.mass[p] * std::max(change, 0.0);
+      });
+    });
+    double conducted = 0.0, gained = 0.0;
+    for (const Sums& s : sums) gained += s.gained, conducted += s.conducted;
+    ledger_.fluctuation += gained;
+    ledger_.conduction -= gained;
+    ledger_.conducted += conducted;
+  }
+}
+
+/// Pressures averaged over nodes; cell means need nothing but what points have given.
+template <int D, class S, class E>
+void Solver<D, S, E>::share_pressure() {
+  if (setup_.numerics.averaging != VolumetricAveraging::nodal) return;
+  material_.shared_pressure = material_.pressure;
+  average_over_nodes(material_.shared_pressure);
+}
+
+/// Points to nodes and back, volume-weighted: avg_p = sum_i w_ip (sum_q w_iq V_q a_q)/(sum_q w_iq
+/// V_q).
+template <int D, class S, class E>
+void Solver<D, S, E>::average_over_nodes(std::vector<double>& field) {
+  // `change` is free between stages: its first number holds the weight, its second the value
+  for_each_node([](Node<dim>& node, const auto&) { node.change.setZero(); });
+  for_each_point([&](std::size_t p) {
+    const double v = material_.volume(p);
+    for_each_weight(p, [&](Node<dim>& node, double w) {
+      node.change[0] += w * v;
+      node.change[1] += w * v * field[p];
+    });
+  });
+  for_each_place([&](std::size_t p) {  // fillers, too: they stay what they repeat
+    double mean = 0.0;
+    for_each_weight(p, [&](const Node<dim>& node, double w) {
+      if (node.change[0] > 0.0) mean += w * node.change[1] / node.change[0];
+    });
+    field[p] = mean;
+  });
+}
+
+}  // namespace grainpair

@@ -1,0 +1,173 @@
+// The start of a run, and the order that points are kept in.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <numeric>
+
+#include "mpm/step/solver.hpp"
+
+namespace grainpair {
+
+template <int D, class S, class E>
+Solver<D, S, E>::Solver(const SolverSetup<dim>& setup, Points<dim> points,
+                        std::unique_ptr<Body> body, const std::vector<InitialState>& initial)
+    : setup_(setup),
+      grid_(setup.cells, setup.numerics.h, setup.point_size),
+      material_(setup.numerics, std::move(points), setup.point_size, setup.solid_density,
+                setup.gravity, halves == 2, setup.axisymmetric),
+      body_(std::move(body)),
+      velocities_(halves == 1 ? 0 : grid_.nodes.size()) {
+  material_.box.inverse_h = 1.0 / setup.numerics.h;
+  for (int d = 0; d < dim; ++d) material_.box.length[d] = grid_.axes[d].cells * grid_.axes[d].h;
+  if constexpr (halves == 2) points_.affine.keep_single();
+  initialise(initial);
+  sort_points();
+  first_limit_ =
+      stable_step().dt / setup_.numerics.time_step_fraction;  // before there is a speed to bound it
+  measure_held_energy();
+  share_pressure();
+}
+
+/// The law's state at the start, and what it says of it.
+template <int D, class S, class E>
+void Solver<D, S, E>::initialise(const std::vector<InitialState>& initial) {
+  Order order;  // as they are, in whole blocks
+  order.from.resize(initial.size());
+  std::iota(order.from.begin(), order.from.end(), 0u);
+  order.fill_up();
+  body_->resize(initial.size());
+  material_.reorder(order);
+  constexpr std::size_t most = 64;
+  Batch batch(most, false);
+  for (std::size_t first = 0; first < initial.size(); first += most) {
+    batch.size = std::min(most, initial.size() - first);
+    body_->initialise(first, std::span(initial).subspan(first, batch.size), batch);
+    std::copy_n(batch.regime.begin(), batch.size, &points_.regime[first]);
+    for_each_block(first, first + whole(batch.size), [&](const Block& block) {
+      const Block row = block.from(first);
+      const auto sigma = batch.sigma.load(row);
+      const auto energies = batch.energies.load(row);
+      points_.sigma.store(sigma, block);
+      block.store(trace(sigma) * (1.0 / 3.0), material_.pressure);
+      block.store(row.load(batch.granular_temperature), points_.granular_temperature);
+      block.store(energies.fluctuation, points_.fluctuation);
+      block.store(energies.plastic, points_.plastic);
+      block.store(energies.collisional, points_.collisional);
+      ledger_.stored += reduce(block.load(points_.mass) * energies.stored);
+      material_.template limit_step<true>(block, material_.specific_volume(block),
+                                          batch.stability.load(row), fastest_);
+    });
+  }
+}
+
+/// Sorts points by cell, cuts them into strips, and finds the nodes they can reach until the next
+/// sorting.
+template <int D, class S, class E>
+void Solver<D, S, E>::sort_points() {
+  std::vector<std::uint32_t> points;
+  points.reserve(points_.size());
+  for (const std::size_t p : points_.occupied()) points.push_back(static_cast<std::uint32_t>(p));
+  std::vector<std::size_t> cell(points_.size());
+  for (const auto p : points) cell[p] = cell_of(points_.x[p]);
+  std::stable_sort(points.begin(), points.end(), [&](auto a, auto b) { return cell[a] < cell[b]; });
+  find_active_box(points);
+  const Order order = in_cell_order(points, cell);
+  material_.reorder(order);
+  body_->reorder(order.from);
+  give_pressures_anew();
+  drift_ = 0.0;
+}
+
+/// Strips of cells. Within each, as many points of a cell as fill a Wide stay together, what cells
+/// have left over follows at the end, and fillers make it whole blocks. In a flowing column, whose
+/// cells hold three points or five, all blocks but the last would else straddle cells and share no
+/// nodes.
+template <int D, class S, class E>
+Order Solver<D, S, E>::in_cell_order(const std::vector<std::uint32_t>& points,
+                                     const std::vector<std::size_t>& cell) {
+  std::size_t strip_cells = strip_width;
+  for (int d = 1; d < dim; ++d) strip_cells *= static_cast<std::size_t>(setup_.cells[d]);
+  Order order;
+  order.from.reserve(points.size() + points.size() / 64);
+  std::vector<std::uint32_t> left_over;
+  strips_.clear();
+  std::size_t begin = 0;
+  for (auto next = points.begin(); next != points.end();) {
+    const std::size_t here = cell[*next];
+    const auto end = std::find_if(next, points.end(), [&](auto p) { return cell[p] != here; });
+    const auto fours = (end - next) / static_cast<int>(Wide::size());
+    const auto together = next + fours * static_cast<int>(Wide::size());
+    order.from.insert(order.from.end(), next, together);
+    left_over.insert(left_over.end(), together, end);
+    next = end;
+    if (next != points.end() && cell[*next] / strip_cells == here / strip_cells) continue;
+    order.from.insert(order.from.end(), left_over.begin(), left_over.end());
+    left_over.clear();
+    order.fill_up();
+    // a strip without points keeps its place, and so its colour
+    while (strips_.size() < here / strip_cells) strips_.push_back({begin, begin});
+    strips_.push_back({begin, order.from.size()});
+    begin = order.from.size();
+  }
+  return order;
+}
+
+/// Cells to either side of the points that they can drift into, and the nodes those reach.
+template <int D, class S, class E>
+void Solver<D, S, E>::find_active_box(const std::vector<std::uint32_t>& points) {
+  for (int d = 0; d < dim; ++d) {
+    int low = setup_.cells[d], high = 0;
+    for (const auto p : points) {
+      const int c = static_cast<int>(points_.x[p][d] * grid_.axes[d].inverse_h);
+      low = std::min(low, c), high = std::max(high, c);
+    }
+    material_.box.begin[d] = std::max(low - 2, 0);
+    material_.box.end[d] = std::min(high + 2 + S::support, grid_.axes[d].nodes);
+  }
+}
+
+/// To the cells of a new box.
+template <int D, class S, class E>
+void Solver<D, S, E>::give_pressures_anew() {
+  const Numerics& numerics = setup_.numerics;
+  const std::size_t cells = material_.box.cells();
+  spent_rates_.resize(numerics.averages_rates() ? cells : 0);
+  spent_pressures_.resize(numerics.averages_pressures() ? cells : 0);
+  ClearingCells clearing(numerics.averages_pressures() ? cells : 0);
+  GivingCells pressures(std::move(clearing));
+  for_each_strip([&](std::size_t s) {
+    for_each_block(strips_[s].begin, strips_[s].end, [&](const Block& block) {
+      material_.give_pressure(block, material_.cell(block), pressures);
+    });
+  });
+  pressures_ = GivenCells(std::move(pressures));
+}
+
+/// Energies held at the start.
+template <int D, class S, class E>
+void Solver<D, S, E>::measure_held_energy() {
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const double m = points_.mass[p];
+    ledger_.kinetic += 0.5 * m * points_.v[p].squaredNorm();
+    ledger_.potential -= m * setup_.gravity.dot(points_.x[p]);
+    ledger_.fluctuation += m * points_.fluctuation[p];
+    max_speed_ = std::max(max_speed_, points_.v[p].cwiseAbs().maxCoeff());
+  }
+}
+
+/// That of the fastest point, and no point may cross more than a fifth of a cell per step. A law
+/// may lose all its stress, and with it all that limits the step; what it meets when contact comes
+/// back is not known before, but the step that was stable at the start, four times, still finds it
+/// in time.
+template <int D, class S, class E>
+TimeStep Solver<D, S, E>::stable_step() const {
+  TimeStep out{std::numeric_limits<double>::infinity(), Limit::none, 0};
+  if (fastest_.rate > 0.0) out = {2.0 / fastest_.rate, fastest_.limit, fastest_.point};
+  if (4.0 * first_limit_ < out.dt) out = {4.0 * first_limit_, Limit::none, 0};
+  out.dt *= setup_.numerics.time_step_fraction;
+  if (max_speed_ > 0.0) out.dt = std::min(out.dt, 0.2 * setup_.numerics.h / max_speed_);
+  return out;
+}
+
+}  // namespace grainpair
