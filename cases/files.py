@@ -1,11 +1,15 @@
 """The writers of every file that is kept: it appears complete or not at all."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import pandas as pd
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @contextmanager
@@ -38,6 +42,8 @@ def write_table(
     float_format: str = "%.4g",
 ):
     """A table as CSV below comment lines, which say where it comes from (cases/provenance.py)."""
+    import pandas as pd  # takes its time to load, which most who write a file need not wait for
+
     write_atomically(
         path,
         "".join(f"# {line}\n" for line in head)

@@ -122,7 +122,7 @@ def page(template: str, runs, case, **values) -> str:
 def render(
     c, metrics: dict, figures: list[Figure], judged: list[controls.Control], mapping: dict
 ) -> str:
-    case = c.dem[0].case
+    case = c.mpm[0].case  # kept grains may stem from a case of another title and other margins
     return page(
         "report.html.j2",
         c.mpm + c.dem,
