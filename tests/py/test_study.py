@@ -14,6 +14,7 @@ from cases import case
 from compare.verdict import equivalence as verdict
 from cases.errors import CaseError
 from compare.metrics import all_metrics
+from cases import programs
 from cases.programs import ROOT
 from compare.mapping.reductions import example_run
 from compare.mapping.runs import Cloud, Run
@@ -21,9 +22,11 @@ from compare.study import (
     atlas,
     boundary,
     convergence,
+    distance,
     failure,
     figures,
     frontier,
+    keys,
     ladder,
     recipe,
     signature,
@@ -79,8 +82,8 @@ def test_the_mean_of_an_ensemble_lies_halfway():
     (a, run), (b, _) = made_of(np.linspace(0.0, 1.0, 100)), made_of(
         np.linspace(1.0, 2.0, 100), kinetic=(0.0, 3.0, 0.0)
     )
-    middle = signature.mean([a, b], run.case)
-    assert signature.errors(a, middle, run.case)["deposit"] == pytest.approx(0.5, rel=1e-3)
+    middle = distance.mean([a, b], run.case)
+    assert distance.errors(a, middle, run.case)["deposit"] == pytest.approx(0.5, rel=1e-3)
     assert max(middle["kinetic"]) == pytest.approx(2.0)
 
 
@@ -98,9 +101,15 @@ def test_series_are_every_combination_and_recipes_are_told_apart_by_what_the_eng
         ("a.b=1", "c.d=0.001", "e.f=x"),
         ("a.b=1", "c.d=0.001", "e.f=true"),
     ]
-    plain, changed = case.load(CI), case.load(CI, ["dem.audit_interval=7"])
-    assert recipe.Recipe("mpm").key(plain) == recipe.Recipe("mpm").key(changed)
-    assert recipe.Recipe("dem").key(plain) != recipe.Recipe("dem").key(changed)
+    scene = case.load(CI)
+
+    def key(engine, *sets):
+        return keys.key("compare.study.point", recipe.Recipe(engine, sets), scene)
+
+    assert key("mpm") == key("mpm", "dem.audit_interval=7")
+    assert key("dem") != key("dem", "dem.audit_interval=7")
+    assert key("mpm", "mpm.cell_size=0.004") != key("mpm")
+    assert key("mpm", "mpm.cell_size=0.002") == key("mpm")  # what the case says anyway
 
 
 def test_the_front_holds_what_nothing_beats_in_both():
@@ -161,7 +170,7 @@ def test_a_failed_run_is_a_point_and_a_finished_one_is_not_run_again(tmp_path):
         and points[0]["message"]
     )
     assert points[1]["status"] == "ok"
-    kept = sweep.ROOT / "runs" / "studies" / "points" / f"{points[1]['key']}.json"
+    kept = programs.kept("studies", "points") / f"{points[1]['key']}.json"
     before = kept.stat().st_mtime_ns
     sweep.run_recipes(scene, recipes, Options)
     assert kept.stat().st_mtime_ns == before
