@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A path beside `path`, of the same suffix, that takes its place once the block has ended well; makes the folder."""
+    """A path beside `path`, of the same suffix, that takes its place once the block has ended well;
+    makes the folder.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.stem}-{os.getpid()}.part{path.suffix}")
     try:

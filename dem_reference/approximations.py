@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
+from cases.files import write_figure
 from compare.report.charts import STYLE
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
@@ -130,7 +131,7 @@ def main() -> int:
             sep="\n",
         )
     if options.output:
-        draw(series).savefig(options.output, dpi=160)
+        write_figure(options.output, draw(series), dpi=160)
     return 0
 
 

@@ -1,7 +1,9 @@
-"""dem.h5: openPMD layout of CONTRIBUTING.md, written frame by frame beside its target and renamed when complete.
+"""dem.h5: openPMD layout of CONTRIBUTING.md, written frame by frame beside its target and renamed
+when complete.
 
-Size: positions are stored as doubles (an overlap is 1e-3 of a grain and must survive), velocities and spins as floats,
-ids, mass, radius and volume compress to almost nothing; about 50 bytes per grain and frame, and about 45 per contact.
+Size: positions are stored as doubles (an overlap is 1e-3 of a grain and must survive), velocities
+and spins as floats, ids, mass, radius and volume compress to almost nothing; about 50 bytes per
+grain and frame, and about 45 per contact.
 """
 
 import datetime

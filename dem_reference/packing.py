@@ -1,4 +1,5 @@
-"""The settled column: grains poured onto the base behind the closed gate until the bulk void ratio is the one asked for.
+"""The settled column: grains poured onto the base behind the closed gate until the bulk void ratio
+is the one asked for.
 
 Protocol of one attempt, the same for every case:
  1. grains placed at random without overlap, solid fraction 0.26, 4 % more than the column holds;
@@ -48,7 +49,9 @@ PIECE = 500  # steps between looks at the kinetic energy
 
 
 def drag(case: dict, grains: Grains, factor: float) -> float:
-    """Drag coefficient [kg/s] for which a falling grain reaches the same multiple of sqrt(g d) whatever its size."""
+    """Drag coefficient [kg/s] for which a falling grain reaches the same multiple of sqrt(g d)
+    whatever its size.
+    """
     time_ratio = sqrt(REFERENCE_DIAMETER / grains.diameter * case["geometry"]["gravity"] / 9.81)
     return factor * REFERENCE_DRAG * grains.mass / REFERENCE_MASS * time_ratio
 
@@ -61,7 +64,8 @@ def nominal_count(case: dict, grains: Grains) -> float:
 def squeeze(case: dict, grains: Grains) -> float:
     """Overlap over diameter of softer `grains` under the weight of the whole column.
 
-    A contact of a packing under pressure p carries about f = p d^2, with which Hertz gives (f / (4/3 Y* sqrt(R*)))^(2/3).
+    A contact of a packing under pressure p carries about f = p d^2, with which Hertz gives (f /
+    (4/3 Y* sqrt(R*)))^(2/3).
     """
     geometry = case["geometry"]
     pressure = (
@@ -196,7 +200,9 @@ def describe(file: h5py.File, case: dict, shot: Snapshot) -> None:
 
 
 def next_try(friction: float, damping: float, found: float, asked: float) -> tuple[float, float]:
-    """Friction and damping of the next attempt, from those of the last one and the void ratio it reached."""
+    """Friction and damping of the next attempt, from those of the last one and the void ratio it
+    reached.
+    """
     if found < asked and friction == FRICTION_RANGE[1]:
         return friction, max(1.5 * damping, 0.1)
     step = np.clip((asked - found) / SLOPE, -LONGEST_STEP, LONGEST_STEP)
@@ -204,7 +210,9 @@ def next_try(friction: float, damping: float, found: float, asked: float) -> tup
 
 
 def obtain(case: dict, seed: int, store: Path, report) -> Path:
-    """Folder of the case's packing (packing.restart, packing.h5) in `store`, made unless it is there already."""
+    """Folder of the case's packing (packing.restart, packing.h5) in `store`, made unless it is
+    there already.
+    """
     time_step(
         Grains.of(case),
         case["dem"]["time_step_fraction"],

@@ -21,6 +21,7 @@ import pandas as pd
 from cases.case import parse
 from compare.report.charts import STYLE
 from cases.errors import CaseError
+from cases.files import write_figure
 
 from .ensemble import save
 
@@ -136,7 +137,7 @@ def main() -> int:
             f"mean and standard deviation over {len(options.runs)} packings, over the energy released; time in sqrt(H/g)",
         )
     if options.chart:
-        draw(found).savefig(options.chart, dpi=160)
+        write_figure(options.chart, draw(found), dpi=160)
     print(found.iloc[[-1]].T.to_string(header=False, float_format=lambda value: f"{value:.4g}"))
     return 0
 

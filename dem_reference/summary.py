@@ -37,7 +37,8 @@ SCALARS = {
 
 
 def scalars(path: Path) -> dict[str, float]:
-    """SCALARS of a dem.h5. E0 is the initial potential energy; run-outs are mass percentiles, 99.5 and 99.
+    """SCALARS of a dem.h5. E0 is the initial potential energy; run-outs are mass percentiles, 99.5
+    and 99.
 
     Of an axisymmetric column x is the distance from the axis.
     """

@@ -14,6 +14,7 @@ import matplotlib
 import numpy as np
 
 from cases.errors import EngineError
+from cases.files import write_figure
 from cases.programs import ROOT, program
 
 matplotlib.use("Agg")
@@ -121,5 +122,5 @@ def draw(rows: list, out: Path):
     axes[1].set(xlabel="error of the plastic dissipation")
     axes[0].legend(frameon=False)
     figure.tight_layout()
-    figure.savefig(out)
+    write_figure(out, figure)
     plt.close(figure)

@@ -30,8 +30,9 @@ KEYS = {
 
 
 def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) -> pd.DataFrame:
-    """One row per point: its recipe, cost [s per sqrt(H/g)], status, `error_*` from the grains' mean, and `numerical_*` from
-    the fine-grid solution of the same law; NaN where there is none."""
+    """One row per point: its recipe, cost [s per sqrt(H/g)], status, `error_*` from the grains'
+    mean, and `numerical_*` from the fine-grid solution of the same law; NaN where there is none.
+    """
     limits = {
         value_of(point, "material.law", scene): point for point in fine if point["status"] == "ok"
     }
@@ -102,12 +103,16 @@ def front(costs, values) -> np.ndarray:
 
 
 def grain_cost(reference: dict) -> float:
-    """Processor seconds per sqrt(H/g) of the grains as the case has them, their packing left out: mean over the seeds."""
+    """Processor seconds per sqrt(H/g) of the grains as the case has them, their packing left out:
+    mean over the seeds.
+    """
     return float(np.mean(reference["cpu_seconds"])) / reference["duration"]
 
 
 def band(reference: dict, name: str) -> float:
-    """The largest error of a seed against the mean of the others: below it a point is one seed more."""
+    """The largest error of a seed against the mean of the others: below it a point is one seed
+    more.
+    """
     return max(reference["scatter"][name])
 
 
@@ -118,7 +123,9 @@ def best(points: pd.DataFrame, name: str, level: float) -> pd.Series | None:
 
 
 def sentences(points: pd.DataFrame, reference: dict, name: str) -> list[str]:
-    """What the chart of one metric says: the best recipe at each level and how many times cheaper than the grains it is."""
+    """What the chart of one metric says: the best recipe at each level and how many times cheaper
+    than the grains it is.
+    """
     dear, out = grain_cost(reference), []
     for level in LEVELS:
         found = best(points, name, level)

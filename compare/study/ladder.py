@@ -1,4 +1,6 @@
-"""The least model that does: rungs from cheap to dear, climbed until one agrees with the grains and the next one too."""
+"""The least model that does: rungs from cheap to dear, climbed until one agrees with the grains and
+the next one too.
+"""
 
 import tomllib
 
@@ -26,7 +28,9 @@ def rungs(scene: Case) -> list[tuple[str, Recipe]]:
 
 
 def recipe_of(rung: dict, timeout: float, scene: Case) -> Recipe:
-    """`cells` becomes a cell size: of the shorter side of the column, and in three dimensions a divisor of the thickness."""
+    """`cells` becomes a cell size: of the shorter side of the column, and in three dimensions a
+    divisor of the thickness.
+    """
     sets = [assignment(key, value) for key, value in rung.get("set", {}).items()]
     if "cells" in rung:
         size = min(scene["geometry.height"], scene["geometry.length"]) / rung["cells"]
@@ -39,11 +43,12 @@ def recipe_of(rung: dict, timeout: float, scene: Case) -> Recipe:
 def judge(
     point: dict, reference: dict, metric: str, tolerance: float, scene: Case
 ) -> verdict.Verdict | None:
-    """Whether a run's error from the mean of the grains lies within the tolerance, given how few seeds that mean is of.
+    """Whether a run's error from the mean of the grains lies within the tolerance, given how few
+    seeds that mean is of.
 
-    The seeds' scatter enters by the jackknife: with d the error from the mean of all n seeds and d_i that without seed i, the
-    pseudo-values n d - (n - 1) d_i have the mean and the scatter of d [Tukey 1958]; they go through the test of every other
-    verdict. None for a run that failed.
+    The seeds' scatter enters by the jackknife: with d the error from the mean of all n seeds and
+    d_i that without seed i, the pseudo-values n d - (n - 1) d_i have the mean and the scatter of d
+    [Tukey 1958]; they go through the test of every other verdict. None for a run that failed.
     """
     if point["status"] != "ok":
         return None
@@ -56,10 +61,11 @@ def judge(
 
 
 def climb(ladder, run, judged, flight: int = 4) -> tuple[list[dict], int | None]:
-    """Climbs until a rung agrees and the next one does too; returns the rungs tried and the index of that rung.
+    """Climbs until a rung agrees and the next one does too; returns the rungs tried and the index
+    of that rung.
 
-    run(recipes) -> points, asked for `flight` rungs at a time; judged(point) -> Verdict or None. The top rung needs nothing
-    above it.
+    run(recipes) -> points, asked for `flight` rungs at a time; judged(point) -> Verdict or None.
+    The top rung needs nothing above it.
     """
     tried, points = [], []
     for i, (name, recipe) in enumerate(ladder):

@@ -1,4 +1,6 @@
-"""What the grains say of a scene: the mean of an ensemble, and how far its members are from one another."""
+"""What the grains say of a scene: the mean of an ensemble, and how far its members are from one
+another.
+"""
 
 import json
 from pathlib import Path
@@ -40,7 +42,8 @@ def obtain(scene: case.Case, options) -> dict:
     """The reference that the options name.
 
     {"about", "made_of": inputs that decide grains, "members": [signature...], "mean": signature,
-    "scatter": {metric: [errors]}, ...}. Raises CaseError where it is of other grains than the scene's.
+    "scatter": {metric: [errors]}, ...}. Raises CaseError where it is of other grains than the
+    scene's.
     """
     if options.reference:
         return read(options.reference, scene)
@@ -65,7 +68,9 @@ def runs_in(folder: Path) -> list[Path]:
 
 
 def read(path: Path, scene: case.Case) -> dict:
-    """A reference as write(…) wrote it; raises CaseError where it does not say that it is of the scene's grains."""
+    """A reference as write(…) wrote it; raises CaseError where it does not say that it is of the
+    scene's grains.
+    """
     try:
         found = json.loads(path.read_text())
         made_of = found["made_of"]

@@ -1,4 +1,5 @@
-"""What studies keep of a run: its final distribution of mass along x and its energy histories, small enough for a text file.
+"""What studies keep of a run: its final distribution of mass along x and its energy histories,
+small enough for a text file.
 
 A signature expands to a Run again, so that the metrics are those of every other comparison.
 """
@@ -22,7 +23,9 @@ HISTORY = (
 
 
 def compact(run: Run) -> dict:
-    """x_k [m], the x within which the share LEVELS[k] of the final mass lies; histories [J] every INTERVAL; the run's cost."""
+    """x_k [m], the x within which the share LEVELS[k] of the final mass lies; histories [J] every
+    INTERVAL; the run's cost.
+    """
     cloud, tau = run.clouds[-1], run.energy_tau()
     order = np.argsort(cloud.x[:, 0], kind="stable")
     shares = np.cumsum(cloud.mass[order]) / cloud.mass.sum()

@@ -37,7 +37,9 @@ def layer(path: str) -> int:
 
 
 def python_arrows(path: str, text: str) -> list[tuple[int, str]]:
-    """Line and path, such as cases/files, of every import, those inside functions and relative ones included."""
+    """Line and path, such as cases/files, of every import, those inside functions and relative ones
+    included.
+    """
     package, out = path.split("/")[:-1], []
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):

@@ -189,7 +189,9 @@ def ensemble(table: Path, *words) -> subprocess.CompletedProcess:
 
 
 def test_a_name_never_stands_for_content(tmp_path, monkeypatch):
-    """Of another friction, grains run anew under the same name; asked the old question again, the old runs answer."""
+    """Of another friction, grains run anew under the same name; asked the old question again, the
+    old runs answer.
+    """
     monkeypatch.setenv("GRAINPAIR_RUNS", str(tmp_path / "runs"))
     asked = {
         "first": ["--seeds", 1],

@@ -1,4 +1,6 @@
-"""Studies: recipes, signatures, fronts, boundaries, ladders; and the smallest of each, whose main conclusion must hold."""
+"""Studies: recipes, signatures, fronts, boundaries, ladders; and the smallest of each, whose main
+conclusion must hold.
+"""
 
 import json
 import math
@@ -201,8 +203,10 @@ def small_frontier(tmp_path_factory):
 
 
 def test_the_frontier_of_the_smallest_column_says_what_it_said(small_frontier):
-    """On a coarse grid the simple law is as near the grains as the dearer one, within their scatter, and cheaper than either; PIC
-    pays more for more than twice the error; too large a step fails."""
+    """On a coarse grid the simple law is as near the grains as the dearer one, within their
+    scatter, and cheaper than either; PIC pays more for more than twice the error; too large a step
+    fails.
+    """
     _, points = small_frontier
     grains = json.loads((CI / "reference" / "grains.json").read_text())
     plain = points[points["series"] == "law and cell size"].set_index(["law", "cell_size"])
@@ -248,7 +252,9 @@ def test_named_failures_are_detected_and_absent_at_the_defaults():
 
 
 def test_the_claimed_limit_and_twice_the_default_step_are_stable():
-    """One row of the map: if the boundary came to lie below either, the atlas would say the opposite of what it says."""
+    """One row of the map: if the boundary came to lie below either, the atlas would say the
+    opposite of what it says.
+    """
     plane = recipe.study(case.load(CI), "atlas")["plane"][0] | {"values": [0.004]}
     ((_, task),) = atlas.rows_of(plane, 60.0)
     classify = boundary.runs_of(Path(CI), task)

@@ -1,4 +1,6 @@
-"""Many jobs: what stops them is one line, what was made is kept, and no text of a case reaches a shell."""
+"""Many jobs: what stops them is one line, what was made is kept, and no text of a case reaches a
+shell.
+"""
 
 import subprocess
 import sys

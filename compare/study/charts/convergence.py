@@ -1,4 +1,6 @@
-"""What changes of the numerics change: final extent with intervals against their limits, and the shares of energy lost."""
+"""What changes of the numerics change: final extent with intervals against their limits, and the
+shares of energy lost.
+"""
 
 from pathlib import Path
 

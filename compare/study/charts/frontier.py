@@ -1,4 +1,6 @@
-"""Work against precision: every recipe as a point, the Pareto front, the seeds' scatter as a band, failures on the top edge."""
+"""Work against precision: every recipe as a point, the Pareto front, the seeds' scatter as a band,
+failures on the top edge.
+"""
 
 from pathlib import Path
 
@@ -56,7 +58,9 @@ def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> str:
 
 
 def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
-    """The chart against each law's own fine-grid solution; the error of that solution from the grains is a line."""
+    """The chart against each law's own fine-grid solution; the error of that solution from the
+    grains is a line.
+    """
     with plt.rc_context(STUDY_STYLE):
         figure, (axes,) = panels(1, False, height=5.2)
         own = points[
