@@ -7,14 +7,11 @@ import argparse
 import sys
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
-from compare.report.charts import STYLE
+from cases.style import STYLE
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 SERIES = {  # label -> table, the first of each being what the others are measured against

@@ -245,8 +245,15 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
                 (k + done) / (k + 1), f"packing {k + 1}: {text}"
             )
             cpu += run_engine(
-                prepare, (dict_of(case), seed, friction, damping, folder), folder / "log", share
-            )
+                prepare,
+                dict_of(case),
+                seed,
+                friction,
+                damping,
+                folder,
+                log=folder / "log",
+                report=share,
+            ).cpu_seconds
             with h5py.File(folder / "packing.h5") as file:
                 found = float(file.attrs["void_ratio"])
             tried.append((friction, damping, found))

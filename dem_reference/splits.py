@@ -11,15 +11,12 @@ import sys
 from pathlib import Path
 
 import h5py
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
 from cases.case import parse
-from compare.report.charts import STYLE
+from cases.style import STYLE
 from cases.errors import CaseError
 
 from .ensemble import save

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from compare.report.charts import STYLE
+from cases.style import STYLE
 from cases.files import write_atomically
 
 SVG = "http://www.w3.org/2000/svg"

@@ -1,10 +1,24 @@
 """What was measured: one CSV row per point, with how it was made in the header."""
+
 import csv
 import os
 import platform
 from pathlib import Path
 
+from compare.element.case import Case
+
+Rows = list[dict]
 TEXT = ("status", "commit", "machine")
+
+
+def reference_file(case: Case) -> Path:
+    """Where the rows of all points of a case are kept."""
+    return case.folder / "reference" / f"{case.test}.csv"
+
+
+def measured(case: Case) -> Rows:
+    """The rows of the case's reference whose point could be measured."""
+    return [row for row in read(reference_file(case)) if row["status"] == "measured"]
 
 
 def machine() -> str:
@@ -19,7 +33,7 @@ def machine() -> str:
     )
 
 
-def read(path: Path) -> list[dict]:
+def read(path: Path) -> Rows:
     """The rows of a record file as dicts, numbers as floats; no file, no rows."""
     if not path.exists():
         return []
@@ -31,7 +45,7 @@ def read(path: Path) -> list[dict]:
         ]
 
 
-def write(path: Path, rows: list[dict], command: str) -> None:
+def write(path: Path, rows: Rows, command: str) -> None:
     """Writes rows with their header (atomically): command, commits, machine, seeds."""
     columns = list(dict.fromkeys(key for row in rows for key in row))
     path.parent.mkdir(parents=True, exist_ok=True)
