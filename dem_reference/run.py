@@ -77,9 +77,7 @@ def run(
         if script or ranks > 1:
             collapse_by_script(tables, settled, log, target, attributes, ranks, report)
         else:
-            run_engine(
-                collapse, tables, settled, log, target, attributes, log=log, report=report
-            )
+            run_engine(collapse, tables, settled, log, target, attributes, log=log, report=report)
         os.replace(target, output)
     finally:
         shutil.rmtree(work, ignore_errors=True)

@@ -138,7 +138,10 @@ def rate_block(kind: str, rows: Rows, choose: Choose, of_law) -> Block:
     measured, error = np.array(rates).T
     ends = np.array(
         [
-            [np.mean([seed[at]["temperature"] for seed in seeds]) for at in (len(seeds[0]) // 2, -1)]
+            [
+                np.mean([seed[at]["temperature"] for seed in seeds])
+                for at in (len(seeds[0]) // 2, -1)
+            ]
             for seeds in points.values()
         ]
     ).T
