@@ -135,7 +135,7 @@ def time_step(grains: Grains, fraction: float, height: float, gravity: float) ->
     if steps < LEAST_STEPS_PER_CONTACT:
         raise CaseError(
             f"dem.time_step_fraction: a grain that falls from H = {height:g} m hits for "
-            f"{steps:.1f} steps only (at least {LEAST_STEPS_PER_CONTACT} resolve the contact) use at most "
-            f"{0.99 * fraction * steps / LEAST_STEPS_PER_CONTACT:.3g}"
+            f"{steps:.1f} steps only (at least {LEAST_STEPS_PER_CONTACT} resolve the contact) "
+            f"use at most {0.99 * fraction * steps / LEAST_STEPS_PER_CONTACT:.3g}"
         )
     return dt

@@ -95,7 +95,8 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
         f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",
         f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of "
         f"{MODEL_ERROR:.0%} beside the DEM's:",
-        "# 1 per observation would be a perfect law, so most of the rest is what the law cannot follow.",
+        "# 1 per observation would be a perfect law, so most of the rest is what the law cannot "
+        "follow.",
     ]
     for block in blocks:
         lines.append(
@@ -134,7 +135,8 @@ def table_text(fit: Fit, start: Card, options) -> str:
         edge = " (edge)" if name in fit.at_bound else ""
         lines.append(
             f"| {SYMBOLS[name]} | {name} | {getattr(start, name):.4g} | "
-            f"{getattr(fit.card, name):.4g}{edge} | {fit.standard_error[name]:.2g} | {fit.bootstrap[name]:.2g} |"
+            f"{getattr(fit.card, name):.4g}{edge} | {fit.standard_error[name]:.2g} | "
+            f"{fit.bootstrap[name]:.2g} |"
         )
     forms = f"{start.critical_state_form} | {fit.card.critical_state_form}"
     lines.append(f"| form of G₁ | critical_state_form | {forms} | | |")

@@ -1,4 +1,4 @@
-"""The points of an element test: which there are and are missing, running one, gathering records."""
+"""The points of an element test: which there are, which are missing, running and gathering them."""
 
 import itertools
 import json

@@ -47,6 +47,7 @@ def deviations(walls: Rows, homogeneous: Rows, density: float) -> list[dict]:
 def sentences(walls: Rows, homogeneous: Rows, density: float) -> list[str]:
     return [
         "cross-check, LIGGGHTS between bumpy walls against LAMMPS in homogeneous shear, at nu "
-        f"{d['core_solid_fraction']:.3f}: p/(rho T) {d['pressure over temperature']:+.1%}, s/p {d['stress ratio']:+.1%}."
+        f"{d['core_solid_fraction']:.3f}: p/(rho T) {d['pressure over temperature']:+.1%}, "
+        f"s/p {d['stress ratio']:+.1%}."
         for d in deviations(walls, homogeneous, density)
     ]

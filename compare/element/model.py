@@ -197,11 +197,14 @@ class Model:
 
     @cached_property
     def shear_ratio(self) -> float:
-        """s/p at the critical state in simple shear: on the cone, with isochoric pure-shear plastic flow."""
+        """s/p at the critical state in simple shear: on the cone, with isochoric plastic flow."""
         return simple_shear_ratio(self.card.stress_ratio)
 
     def moduli(self, pressure):
-        """Tangent bulk and shear modulus on the isotropic axis, k pa (p/pa)^n and g pa (p/pa)^n [Pa]."""
+        """Tangent bulk and shear modulus on the isotropic axis [Pa].
+
+        k pa (p/pa)^n and g pa (p/pa)^n.
+        """
         scale = (
             self.card.atmospheric_pressure
             * (pressure / self.card.atmospheric_pressure) ** self.card.stiffness_exponent
@@ -254,7 +257,7 @@ class Model:
         return (self.inverse_G(nu) * (1 / v - 1 / v0) + self.kappa * np.log(v0 / v)) / c
 
     def isotropic(self, void_ratio, pressure, pressures):
-        """Void ratio at `pressures` on the elastic isotropic path through (void_ratio, pressure)."""
+        """Void ratio at `pressures` on the elastic path through (void_ratio, pressure)."""
         n, pa = self.card.stiffness_exponent, self.card.atmospheric_pressure
 
         def strain(p):

@@ -99,8 +99,8 @@ class PointModel:
         return {name: values.reshape(nu.shape) for name, values in zip(names, answers.T)}
 
     def _steady(self, nu: float, rate: float) -> tuple[float, float, float]:
-        # Denser than critical, the path starts at half the critical pressure: from no stress at all,
-        # none would build up.
+        # Denser than critical, the path starts at half the critical pressure: from no stress at
+        # all, none would build up.
         start = 0.5 * float(Model(self.card, self.grains).critical_pressure(nu))
         end = self.drive(
             1 / nu - 1,

@@ -123,7 +123,10 @@ def test_the_file_follows_the_contract(whole):
 
 
 def test_forces_stand_for_the_weight_at_release(whole):
-    """The packing is at rest: base and walls carry the grains' weight, and contact forces know nothing else."""
+    """The packing is at rest: base and walls carry the grains' weight.
+
+    Contact forces know nothing else.
+    """
     with h5py.File(whole) as file:
         frame = file["data/0"]
         cloud, contacts = frame["particles/cloud"], frame["contacts"]
@@ -134,8 +137,8 @@ def test_forces_stand_for_the_weight_at_release(whole):
         from_base = np.array([kind[a] == 3 for a in first])
         lift = force[on_base].sum() - force[from_base].sum() + force[second == -3].sum()
         weight = file["packing"].attrs["mass"] * load(CASE)["geometry.gravity"]
-    # a mean kinetic energy of 1e-5 m g d is a speed of 0.6 mm/s; were all of it the column's breathing, at pi c/(2 H), about
-    # 2 kHz, it would be 0.1 g. Most of it is not.
+    # a mean kinetic energy of 1e-5 m g d is a speed of 0.6 mm/s; were all of it the column's
+    # breathing, at pi c/(2 H), about 2 kHz, it would be 0.1 g. Most of it is not.
     assert lift == pytest.approx(weight, rel=3e-2)
 
 
@@ -159,7 +162,10 @@ def test_the_balance_is_not_closed_by_construction(audited):
 
 
 def test_sampled_dissipation_closes_within_its_scatter(whole):
-    """Some 5000 contact samples per energy row: a few per cent for so few grains; the seed's column has twenty times more."""
+    """Some 5000 contact samples per energy row: a few per cent for so few grains.
+
+    The seed's column has twenty times more.
+    """
     energy = energies(whole)
     assert np.abs(energy["unaccounted"]).max() < 0.05 * released(energy)
 
@@ -194,7 +200,8 @@ def test_the_packing_is_what_was_asked_for(whole):
         assert made["profile_mass"][()].sum() == pytest.approx(made.attrs["mass"], rel=1e-9)
         weight = made.attrs["mass"] * case["geometry.gravity"]
         width = case["geometry.length"] * case["geometry.thickness"]
-        # vertical stress of the lowest cells, half a cell above the base, against the weight above it
+        # vertical stress of the lowest cells, half a cell above the base, against the weight above
+        # it
         lowest = made["profile_stress_yy"][()][:, 0].mean()
         half_cell = made["profile_mass"][()][:, 0].sum() / 2 / made.attrs["mass"]
         assert lowest == pytest.approx((1 - half_cell) * weight / width, rel=0.1)
@@ -218,8 +225,9 @@ def test_a_seed_gives_the_same_bits_again(whole, tmp_path):
 def test_two_ranks_make_the_same_collapse(tmp_path, store):
     """The floor is cut so short that grains pass from one rank's half of the box to the other's.
 
-    Sums run in another order there, and a collision multiplies a difference of round-off about tenfold: some ten
-    collisions later trajectories differ visibly, energies still by far less than from seed to seed (some per cent).
+    Sums run in another order there, and a collision multiplies a difference of round-off about
+    tenfold: some ten collisions later trajectories differ visibly, energies still by far less than
+    from seed to seed (some per cent).
     """
     energy = {}
     for ranks in (1, 2):

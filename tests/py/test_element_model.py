@@ -60,7 +60,7 @@ def test_simple_shear_on_the_cone_is_isochoric_pure_shear():
 
 
 def test_triaxial_elastic_strain_integrates_the_hyperelastic_tangent(model):
-    """Strains at constant lateral stress by the (p, q) tangent of the Gibbs energy's derivatives."""
+    """Strains at constant lateral stress by the (p, q) tangent of the Gibbs energy."""
     k, g, n, pa = 380.0, 48.0, 0.5, 1e5
     lateral, q_end = 2e4, 2e4
 

@@ -89,7 +89,7 @@ def points(case: Case) -> list[tuple[dict, int]]:
 
 
 def run(grains: Grains, point: dict, folder: Path) -> Rows:
-    """Shears grains between two walls whose mean shear rate is point's; one row, as `core_means`."""
+    """Shears grains between two walls at point's mean shear rate; one row, as `core_means`."""
     log = folder / "log.liggghts"
     return [run_engine(shear, grains, point, log, log=log).result]
 

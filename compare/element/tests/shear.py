@@ -3,6 +3,7 @@
 LAMMPS rather than LIGGGHTS because the latter deletes grains that cross a face of a triclinic box.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -252,7 +253,7 @@ def over_rate(axes, points: dict, models: dict[str, Law]) -> None:
             axes.plot(span, pressure, style, color=colour, linewidth=1.1)
 
 
-def measured(axes, at: list[tuple], colour, label: str) -> None:
+def measured(axes, at: Sequence[tuple], colour, label: str) -> None:
     """Points (x, (mean, error)) with their error bars."""
     axes.errorbar(
         [x for x, _ in at],
