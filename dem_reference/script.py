@@ -15,7 +15,6 @@ import subprocess
 import time
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from cases.errors import CaseError, EngineError
