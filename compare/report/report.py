@@ -19,7 +19,8 @@ import matplotlib.pyplot as plt
 
 from compare.verdict import comparison
 from compare.verdict import controls
-from compare.report.charts import STYLE, all_charts
+from cases.style import STYLE
+from compare.report.charts import all_charts
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically
 from compare.report.width_study import study
@@ -183,5 +184,3 @@ def main(words: list[str]) -> int:
         print(error, file=sys.stderr)
         return 3
     return 0
-
-

@@ -1,6 +1,7 @@
 import numpy as np
 
-from compare.report.charts import DEM, INK, chart, panels
+from cases.style import DEM, INK
+from compare.report.charts import chart, panels
 
 
 @chart("Kernel width", order=8)

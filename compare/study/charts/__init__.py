@@ -8,8 +8,8 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from compare.report.charts import STYLE
 from cases.files import write_atomically, write_figure
+from cases.style import STYLE
 
 SVG = "http://www.w3.org/2000/svg"
 STUDY_STYLE = STYLE | {"svg.fonttype": "none"}

@@ -5,7 +5,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from compare.report.charts import INK
+from cases.style import INK
 from compare.study.charts import STUDY_STYLE, save
 from compare.study.atlas import default_of, limit, relaxation_limit
 

@@ -8,7 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
-from compare.report.charts import DEM, INK, panels
+from cases.style import DEM, INK
+from compare.report.charts import panels
 from compare.study.charts import STUDY_STYLE, save
 from compare.study.frontier import band, front, grain_cost
 from compare.study.distance import WORDS
