@@ -4,7 +4,7 @@ A key is a digest of the inputs declared for a result and of the sources that ma
 of text keeps every result, and a changed source loses those that it decides. Sources are told by
 their place in the clone and their bytes.
 
-    python3 -m cases.content FILE    # writes the digest of the continuum's sources; the build calls it
+    python3 -m cases.content FILE    # the digest of the continuum's sources; the build calls it
 """
 
 import ast

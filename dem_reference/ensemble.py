@@ -1,7 +1,7 @@
 """Many seeds of one case: their scatter is the noise floor of every comparison.
 
-    python3 -m dem_reference.ensemble CASE [--seeds N] [--first N] [--set key=value]... [--jobs N] [--ranks N]
-        [--profile DIR] [--name NAME] [--table FILE] [--dry-run]
+    python3 -m dem_reference.ensemble CASE [--seeds N] [--first N] [--set key=value]... [--jobs N]
+        [--ranks N] [--profile DIR] [--name NAME] [--table FILE] [--dry-run]
 
 Snakemake runs the seeds, two at a time unless told otherwise, takes up again where it was stopped,
 and on a cluster hands each seed to the scheduler (`--profile dem_reference/slurm`). Runs are kept

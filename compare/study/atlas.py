@@ -122,6 +122,15 @@ def recipes_of(failure: dict, timeout: float) -> tuple[Recipe, Recipe]:
     )
 
 
+def trend_recipes(trend: dict, timeout: float) -> list[Recipe]:
+    """A trend's recipes: one for each value of the key that it goes along."""
+    fixed = [assignment(key, value) for key, value in trend["set"].items()]
+    return [
+        Recipe("mpm", (*fixed, assignment(trend["along"], value)), trend["name"], timeout)
+        for value in trend["values"]
+    ]
+
+
 def detected(point: dict) -> str:
     """What a run was found to suffer from, in the solver's own words; empty when from nothing."""
     return (
@@ -190,10 +199,12 @@ def sentences(plane: dict, rows: list[tuple[float, dict]], scene: Case) -> list[
     failures = sorted({run["status"] for _, row in rows for run in row["runs"]} - {"ok"})
     if any(math.isnan(value) for value in good):
         return [
-            f"unstable already at {plane['between'][0]:g} in {sum(map(math.isnan, good))} of {len(good)} rows ({', '.join(failures)})"
+            f"unstable already at {plane['between'][0]:g} in {sum(map(math.isnan, good))} of "
+            f"{len(good)} rows ({', '.join(failures)})"
         ]
     return [
-        f"stable to {min(good):.2g}–{max(good):.2g}{beyond} of {plane['along'].replace('_', ' ')}: at least {min(limits):.2g} times "
-        f"the claimed limit, {min(good) / default_of(plane, scene):.2g} times the default",
+        f"stable to {min(good):.2g}–{max(good):.2g}{beyond} of {plane['along'].replace('_', ' ')}: "
+        f"at least {min(limits):.2g} times the claimed limit, "
+        f"{min(good) / default_of(plane, scene):.2g} times the default",
         f"beyond it: {', '.join(failures)}" if failures else "no failure within the range",
     ]

@@ -50,13 +50,15 @@ def table(settings: list[dict], found: list[list[dict]]) -> pd.DataFrame:
     a limit, the change from the group's base relative to the base's mean with the half-width of its
     90 % interval, or the mean itself, and the verdict.
     """
-    rows, base = [], None
+    rows: list[dict] = []
+    base: list[dict] = []
     for setting, runs in zip(settings, found):
         if setting["name"] == BASE:
             base = runs
         for figure in (name for name, value in runs[0].items() if isinstance(value, (int, float))):
             values, others = (
-                np.array([one[figure] for one in sample], dtype=float) for sample in (runs, base)
+                np.array([one[figure] for one in sample], dtype=np.float64)
+                for sample in (runs, base)
             )
             row = {
                 "group": setting["group"],

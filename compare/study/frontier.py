@@ -1,4 +1,4 @@
-"""Speed against accuracy: the points of a frontier, their Pareto front, and what it says in words."""
+"""Speed against accuracy: the points of a frontier, their front, and what it says in words."""
 
 import math
 
@@ -138,13 +138,15 @@ def sentences(points: pd.DataFrame, reference: dict, name: str) -> list[str]:
                 ""
                 if nearest is None
                 else (
-                    f"; the continuum's nearest, {nearest['label']}, is {nearest[f'error_{name}']:.1%} off"
+                    f"; the continuum's nearest, {nearest['label']}, is "
+                    f"{nearest[f'error_{name}']:.1%} off"
                 )
             )
             out.append(f"{level:.0%}: no recipe but the grains themselves{tail}")
         else:
             out.append(
-                f"{level:.0%}: {found['engine'].upper()} {found['label']} ({found[f'error_{name}']:.1%} off) at "
-                f"{found['cost']:.2g} s per √(H/g), {dear / found['cost']:.0f} times cheaper than the grains"
+                f"{level:.0%}: {found['engine'].upper()} {found['label']} "
+                f"({found[f'error_{name}']:.1%} off) at {found['cost']:.2g} s per √(H/g), "
+                f"{dear / found['cost']:.0f} times cheaper than the grains"
             )
     return out

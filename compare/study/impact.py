@@ -31,7 +31,8 @@ def collide(
     name = {column: i for i, column in enumerate(COLUMNS)}
     row = next(row for row in rows if row[name["speed"]] == speed and row[name["angle"]] == 0.0)
     restitution, asked = row[name["restitution"]], load(scene, sets)["grains.restitution"]
-    said = f"restitution {restitution:.3f} of {asked:g} asked, {row[name['steps']]:.0f} steps in contact"
+    steps = row[name["steps"]]
+    said = f"restitution {restitution:.3f} of {asked:g} asked, {steps:.0f} steps in contact"
     command = (
         f"python3 -m dem_reference.collision {scene} {' '.join(f'--set {word}' for word in sets)} "
         f"--set dem.time_step_fraction={fraction:.4g}"

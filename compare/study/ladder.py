@@ -67,7 +67,8 @@ def climb(ladder, run, judged, flight: int = 4) -> tuple[list[dict], int | None]
     run(recipes) -> points, asked for `flight` rungs at a time; judged(point) -> Verdict or None.
     The top rung needs nothing above it.
     """
-    tried, points = [], []
+    tried: list[dict] = []
+    points: list[dict] = []
     for i, (name, recipe) in enumerate(ladder):
         if i == len(points):
             points += run([recipe for _, recipe in ladder[i : i + flight]])
@@ -94,8 +95,9 @@ def paragraph(
         ran = [one for one in tried if one["verdict"]]
         nearest = min(ran, key=lambda one: one["verdict"].difference)
         return (
-            f"No rung agrees with the grains within {tolerance:.0%} of the {metric}; the nearest is {nearest['rung']}, "
-            f"{nearest['verdict'].difference:.1%} ± {nearest['verdict'].half_width:.1%} off."
+            f"No rung agrees with the grains within {tolerance:.0%} of the {metric}; the nearest "
+            f"is {nearest['rung']}, {nearest['verdict'].difference:.1%} ± "
+            f"{nearest['verdict'].half_width:.1%} off."
         )
     chosen = tried[stop]
     price = cost(chosen["point"])
@@ -107,8 +109,9 @@ def paragraph(
     ]
     above = [name for name, _ in ladder[stop + 1 :]]
     said = (
-        f"Enough: {chosen['rung']}, {chosen['verdict'].difference:.1%} ± {chosen['verdict'].half_width:.1%} off in the {metric}, at "
-        f"{price:.2g} s per √(H/g), {grains / price:.0f} times cheaper than the grains"
+        f"Enough: {chosen['rung']}, {chosen['verdict'].difference:.1%} ± "
+        f"{chosen['verdict'].half_width:.1%} off in the {metric}, at {price:.2g} s per √(H/g), "
+        f"{grains / price:.0f} times cheaper than the grains"
     )
     if stop + 1 < len(tried):
         said += f"; one rung up ({tried[stop + 1]['rung']}) agrees as well"

@@ -33,8 +33,9 @@ def arguments(parser):
         "--seeds",
         type=int,
         metavar="N",
-        help="make an ensemble of N seeds, or what is missing of it (dem_reference.ensemble). Without "
-        "these three: that ensemble if it is there, else cases/<case>/reference/grains.json, else 8 seeds",
+        help="make an ensemble of N seeds, or what is missing of it (dem_reference.ensemble). "
+        "Without these three: that ensemble if it is there, else "
+        "cases/<case>/reference/grains.json, else 8 seeds",
     )
 
 
@@ -101,7 +102,8 @@ def of_runs(files: list[Path], scene: case.Case) -> dict:
     """The reference of an ensemble's files. Each member is held against the mean of the others."""
     if len(files) < 2:
         raise CaseError(
-            f"{files[0].parent if files else scene.path}: {len(files)} run of the grains (two at least show a scatter)"
+            f"{files[0].parent if files else scene.path}: {len(files)} run of the grains "
+            "(two at least show a scatter)"
         )
     runs = [open_run(file) for file in files]
     for file, run in zip(files, runs):

@@ -9,7 +9,8 @@ import numpy as np
 from cases.case import Case
 from compare.mapping.runs import Cloud, Run
 
-# of the quantile function of mass; with the levels that run-outs are read at, a rounding error above them
+# of the quantile function of mass; with the levels that run-outs are read at, a rounding error
+# above them
 LEVELS = np.union1d(np.arange(1, 513) / 512, [0.99 + 1e-9, 0.995 + 1e-9])
 INTERVAL = 0.05  # of the histories [sqrt(H/g)]
 HISTORY = (

@@ -32,16 +32,16 @@ class Comparison:
 
 def run_files(folder: Path) -> tuple[list[Path], list[Path]]:
     """mpm*.h5 and dem*.h5 of a run's folder, mpm.h5 and dem.h5 first."""
-    found = tuple(
+    mpm, dem = (
         sorted(folder.glob(f"{engine}*.h5"), key=lambda p: (len(p.stem), p.stem))
         for engine in ("mpm", "dem")
     )
-    for engine, files in zip(("mpm", "dem"), found):
+    for engine, files in (("mpm", mpm), ("dem", dem)):
         if not files:
             raise CaseError(
                 f"{folder}: no {engine}.h5 (not a run's folder?). Make one with: grainpair run"
             )
-    return found
+    return mpm, dem
 
 
 def map_fields(runs: list[Path], output: Path, *options):
@@ -180,12 +180,14 @@ def evaluate(c: Comparison) -> dict[str, dict]:
         "value": c.mpm[0].mass_scale,
         "unit": "-",
         "source": "pairing",
-        "definition": "Factor on the continuum's mass and energies that makes both clouds weigh the same.",
+        "definition": "Factor on the continuum's mass and energies that makes both clouds weigh "
+        "the same.",
     }
     out["verdict"] = {
         "value": verdict.overall([e["verdict"] for e in out.values() if "verdict" in e]),
         "unit": "-",
         "source": "equivalence tests against the case's margins",
-        "definition": "agree, differ or unresolved for ensembles; within or outside margin for one pair.",
+        "definition": "agree, differ or unresolved for ensembles; within or outside margin for "
+        "one pair.",
     }
     return out

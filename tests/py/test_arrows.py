@@ -9,7 +9,7 @@ import pytest
 from cases.programs import ROOT
 
 # Whom a folder may see beside itself.
-FOLDERS = {
+FOLDERS: dict[str, set[str]] = {
     "cases": set(),
     "mpm": {"cases"},
     "dem_reference": {"cases"},

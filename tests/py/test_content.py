@@ -1,4 +1,4 @@
-"""What is kept is found again by what decides it: inputs and sources, never a name, never a commit."""
+"""What is kept is found again by what decides it: inputs and sources, no name, no commit."""
 
 import json
 import shutil
@@ -117,8 +117,8 @@ def test_an_import_inside_a_function_counts_and_so_do_the_packages_around_it(tmp
 def test_every_module_that_a_grain_run_loads_is_among_its_sources():
     """What Python itself says it has loaded of this clone once a run of the grains stands ready."""
     line = (
-        "import sys, dem_reference.run; "
-        "print(*(m.__file__ for m in list(sys.modules.values()) if getattr(m, '__file__', None)), sep='\\n')"
+        "import sys, dem_reference.run; modules = list(sys.modules.values()); "
+        "print(*(m.__file__ for m in modules if getattr(m, '__file__', None)), sep='\\n')"
     )
     told = subprocess.run(
         [sys.executable, "-c", line], cwd=ROOT, capture_output=True, text=True, check=True

@@ -328,9 +328,10 @@ def test_a_change_is_judged_against_the_scatter_of_its_group():
 
 
 def test_roughness_is_that_of_an_alternating_pressure_of_which_nodes_feel_little():
-    # Along one axis, points at a quarter and three quarters of a cell give a node 11/16 of its own cell and 5/32 of each
-    # neighbour, and take as much back: (11/16 - 10/32)^2 = 9/64 of what alternates is left; along two, its square, 2 %. At walls
-    # a node has one neighbour, and more is left.
+    # Along one axis, points at a quarter and three quarters of a cell give a node 11/16 of its own
+    # cell and 5/32 of each neighbour, and take as much back: (11/16 - 10/32)^2 = 9/64 of what
+    # alternates is left; along two, its square, 2 %. At walls a node has one neighbour, and more is
+    # left.
     cells, nodes = figures.pressure_roughness(checkerboard(n=20, amplitude=0.1))
     assert cells == pytest.approx(0.1, rel=0.03)  # less what a cubic follows on 400 cells
     assert (9 / 64) ** 2 < nodes / cells < 0.06

@@ -27,9 +27,9 @@ def save(figure, path: Path, tips: dict[str, str]) -> str:
     ElementTree.register_namespace("xlink", "http://www.w3.org/1999/xlink")
     root = ElementTree.fromstring(buffer.getvalue())
     for group in root.iter(f"{{{SVG}}}g"):
-        if group.get("id") in tips:
+        if (gid := group.get("id", "")) in tips:
             title = ElementTree.Element(f"{{{SVG}}}title")
-            title.text = tips[group.get("id")]
+            title.text = tips[gid]
             group.insert(0, title)
     for metadata in root.findall(f"{{{SVG}}}metadata"):
         root.remove(metadata)

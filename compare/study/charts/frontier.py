@@ -75,7 +75,8 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
             axes.text(
                 0.998 - 0.33 * (i % 3),
                 limit[f"error_{name}"],
-                f"model error of {limit['law'].replace('_', ' ')} ({1e3 * float(limit['cell_size']):.3g} mm) ",
+                f"model error of {limit['law'].replace('_', ' ')} "
+                f"({1e3 * float(limit['cell_size']):.3g} mm) ",
                 transform=axes.get_yaxis_transform(),
                 color=LAWS[limit["law"]],
                 va="bottom",
@@ -87,7 +88,7 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
 
 
 def scatter(axes, points: pd.DataFrame, column: str, prefix: str) -> float:
-    """Every point by law and series, the front as a line; returns the height failures are drawn at."""
+    """Every point by law and series, the front as a line; returns the height of failures."""
     good, bad = points[points["status"] == "ok"], points[points["status"] != "ok"]
     top = 2.0 * max(good[column].max(), 0.5)
     names = {name: marker for name, marker in zip(points["series"].unique(), MARKERS * 2)}
