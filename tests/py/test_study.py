@@ -14,7 +14,6 @@ import pytest
 
 from cases import case
 from compare.verdict import equivalence as verdict
-from cases.errors import CaseError
 from compare.metrics import all_metrics
 from cases import programs
 from cases.programs import ROOT

@@ -4,7 +4,6 @@ shell.
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
