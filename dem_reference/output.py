@@ -1,16 +1,20 @@
-"""dem.h5: openPMD layout of CONTRIBUTING.md, written frame by frame beside its target and renamed when complete.
+"""dem.h5: openPMD layout of CONTRIBUTING.md, written frame by frame.
 
-Size: positions are stored as doubles (an overlap is 1e-3 of a grain and must survive), velocities and spins as floats,
-ids, mass, radius and volume compress to almost nothing; about 50 bytes per grain and frame, and about 45 per contact.
+Beside its target, and renamed when complete.
+
+Size: positions are stored as doubles (an overlap is 1e-3 of a grain and must survive), velocities
+and spins as floats, ids, mass, radius and volume compress to almost nothing; about 50 bytes per
+grain and frame, and about 45 per contact.
 """
 
 import datetime
 import platform
-import subprocess
 from pathlib import Path
 
 import h5py
 import numpy as np
+
+from cases.provenance import commit
 
 from .audit import DOCS, Audit
 from .contacts import Snapshot
@@ -135,13 +139,15 @@ class Result:
         group.attrs.update(
             unit_time=lifetimes.unit,
             interval=lifetimes.interval,
-            doc="lifetimes in binary contact times (unit_time [s]), resolved to the sampling interval [s]",
+            doc="lifetimes in binary contact times (unit_time [s]), resolved to the sampling "
+            "interval [s]",
         )
         columns = {
             "edges": (
                 EDGES,
                 "-",
-                "faces of the lifetime classes; the first is below the first face, the last above the last",
+                "faces of the lifetime classes; the first is below the first face, the last above "
+                "the last",
             ),
             "dissipated_normal": (
                 lifetimes.heat_by_lifetime[:, 0],
@@ -172,21 +178,3 @@ class Result:
             group.attrs.update(dict(source.attrs))
             for name in source:
                 source.copy(name, group)
-
-
-def commit() -> str:
-    """Commit of the sources, `unknown` outside a clone; "-dirty" when one is changed, which results kept in cases/*/reference are not."""
-
-    def git(*words):
-        return subprocess.run(
-            ["git", "-C", Path(__file__).resolve().parents[1], *words],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-
-    head = git("describe", "--always", "--abbrev=12")
-    if head.returncode:
-        return "unknown"
-    changed = git("diff", "--quiet", "HEAD", "--", ":/", ":(exclude)cases/*/reference/*").returncode
-    return head.stdout.strip() + ("-dirty" if changed else "")

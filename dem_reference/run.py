@@ -1,7 +1,7 @@
 """The grains' side of a paired run: CASE -> dem.h5.
 
-    python3 -m dem_reference.run CASE -o dem.h5 [--set key=value]... [--seed N] [--quiet] [--progress]
-        [--driver library|script] [--ranks N]
+    python3 -m dem_reference.run CASE -o dem.h5 [--set key=value]... [--seed N] [--quiet]
+        [--progress] [--driver library|script] [--ranks N]
 """
 
 import argparse
@@ -17,6 +17,7 @@ import h5py
 
 from cases.case import Case, load
 from cases.errors import CaseError, EngineError
+from cases.programs import kept
 
 from . import packing
 from .collapse import Plan, collapse
@@ -25,7 +26,6 @@ from .process import run_engine
 from .script import collapse_by_script
 
 PACKING_SHARE = 0.35  # of a run's work, roughly
-STORE = Path(__file__).resolve().parents[1] / "runs" / "packings"
 
 
 class Progress:
@@ -77,7 +77,7 @@ def run(
         if script or ranks > 1:
             collapse_by_script(tables, settled, log, target, attributes, ranks, report)
         else:
-            run_engine(collapse, (tables, settled, log, target, attributes), log, report)
+            run_engine(collapse, tables, settled, log, target, attributes, log=log, report=report)
         os.replace(target, output)
     finally:
         shutil.rmtree(work, ignore_errors=True)
@@ -102,8 +102,8 @@ def refuse(case: dict) -> None:
     ):
         if geometry[name] < least * d:
             raise CaseError(
-                f"geometry.{name}: {geometry[name]:g} m is less than {least} grain diameters of {d:g} m "
-                "(grains would meet their own images, or nothing could be poured)"
+                f"geometry.{name}: {geometry[name]:g} m is less than {least} grain diameters of "
+                f"{d:g} m (grains would meet their own images, or nothing could be poured)"
             )
 
 
@@ -118,7 +118,10 @@ def main(words: list[str] | None = None) -> int:
         "--seed", type=int, default=1, help="of base, packing and all random numbers (default 1)"
     )
     parser.add_argument(
-        "--packings", type=Path, default=STORE, help="folder that keeps settled packings for reuse"
+        "--packings",
+        type=Path,
+        default=kept("packings"),
+        help="folder that keeps settled packings for reuse",
     )
     parser.add_argument(
         "--driver",

@@ -1,8 +1,9 @@
-"""Plane strain against the slab of [Ceccato2019], one cell thick between rollers: difference and cost, as a table.
+"""Plane strain against the slab of [Ceccato2019]: difference and cost, as a table.
 
-Each row is one run of the continuum. The slab's points stand in pairs across its thickness, so that plane strain is its exact
-solution; what is left of a difference is numerical. --scatter gives the scale: plane strain again, from points displaced by 1e-10
-of their spacing.
+The slab is one cell thick, between rollers. Each row is one run of the continuum. The slab's points
+stand in pairs across its thickness, so that plane strain is its exact solution; what is left of a
+difference is numerical. --scatter gives the scale: plane strain again, from points displaced by
+1e-10 of their spacing.
 """
 
 import sys
@@ -12,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cases import case
+from cases import case, provenance
 from compare.commands.run import find_case
 from cases.stages import Stage, run_stages
+from cases.files import write_table
 from cases.programs import program
 from compare.mapping.runs import open_run
-from compare.study import provenance
 from compare.study.figures import JITTER, figures
 
 
@@ -56,9 +57,10 @@ def arguments(parser):
 def run(options) -> int:
     scene = case.load(find_case(options.case), options.overrides)
     sets = [*options.overrides, f"geometry.thickness={scene['mpm.cell_size']!r}"]
-    # The step's limit falls as 1/√(dimensions) where stiffness sets it; there the scaled fraction gives the slab the steps of plane strain.
+    # The step's limit falls as 1/√(dimensions) where stiffness sets it; there the scaled fraction
+    # gives the slab the steps of plane strain.
     equal = f"mpm.time_step_fraction={scene['mpm.time_step_fraction'] * np.sqrt(1.5)!r}"
-    plans = [
+    plans: list[tuple[str, int, list[str]]] = [
         ("plane strain", 1, []),
         ("slab", 1, ["geometry.dimension=three_dimensional"]),
         ("slab, step of plane strain", 1, ["geometry.dimension=three_dimensional", equal]),
@@ -113,10 +115,10 @@ def keep(table: pd.DataFrame, path: Path):
         table = pd.concat([others[~others["settings"].isin(table["settings"])], table])
     origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
     del origin["commit"]  # every row has its solver's
-    provenance.save(
-        table,
-        path,
+    head = provenance.head(
         origin,
-        "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; "
-        "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: processor time over plane strain's",
+        "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; peak_time, until "
+        "[sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: "
+        "processor time over plane strain's",
     )
+    write_table(path, head, table)

@@ -1,24 +1,18 @@
-"""Do the numerics decide the result? Settings that should not matter, against the scatter of runs that differ by nothing.
+"""Do the numerics decide the result? Settings that should not matter, against the scatter of runs
+that differ by nothing.
 
-The table [convergence] of a case's study.toml holds groups; a group is a setting of the case, `runs` copies of it whose points
-are displaced by 1e-10 of their spacing, and the changes that it is tried with. A granular flow is chaotic: what a change of the
-numerics does is seen above that scatter only.
-
-    python3 -m compare.study.convergence CONFIG KEY -o RESULT.json
+The table [convergence] of a case's study.toml holds groups; a group is a setting of the case,
+`runs` copies of it whose points are displaced by 1e-10 of their spacing, and the changes that it is
+tried with. A granular flow is chaotic: what a change of the numerics does is seen above that
+scatter only.
 """
 
-import sys
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from cases.stages import Stage, run_stages
-from compare.mapping.runs import open_run
-from compare.study import job
-from compare.study.figures import JITTER, figures
+from compare.study.figures import JITTER
 from compare.study.recipe import Recipe, assignment
 from compare.verdict.equivalence import equivalence
 
@@ -52,16 +46,19 @@ def plan(study: dict) -> list[dict]:
 
 
 def table(settings: list[dict], found: list[list[dict]]) -> pd.DataFrame:
-    """A row for each figure of each setting: mean and standard deviation of its runs; where it has a limit, the change from the group's
-    base relative to the base's mean with the half-width of its 90 % interval, or the mean itself, and the verdict.
+    """A row for each figure of each setting: mean and standard deviation of its runs; where it has
+    a limit, the change from the group's base relative to the base's mean with the half-width of its
+    90 % interval, or the mean itself, and the verdict.
     """
-    rows, base = [], None
+    rows: list[dict] = []
+    base: list[dict] = []
     for setting, runs in zip(settings, found):
         if setting["name"] == BASE:
             base = runs
         for figure in (name for name, value in runs[0].items() if isinstance(value, (int, float))):
             values, others = (
-                np.array([one[figure] for one in sample], dtype=float) for sample in (runs, base)
+                np.array([one[figure] for one in sample], dtype=np.float64)
+                for sample in (runs, base)
             )
             row = {
                 "group": setting["group"],
@@ -86,18 +83,3 @@ def table(settings: list[dict], found: list[list[dict]]) -> pd.DataFrame:
                 row |= {"limit": limit, "verdict": LESS if values.mean() <= limit else MORE}
             rows.append(row)
     return pd.DataFrame(rows)
-
-
-def make(scene: Path, task: dict) -> dict:
-    recipe = Recipe.of(task)
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
-        result = Path(folder) / "run.h5"
-        run_stages([Stage(recipe.label, recipe.words(scene, result))], quiet=True)
-        return {
-            name: value if isinstance(value, (int, str)) else float(value)
-            for name, value in figures(open_run(result)).items()
-        }
-
-
-if __name__ == "__main__":
-    sys.exit(job.run("compare.study.convergence", __doc__, make))

@@ -1,12 +1,23 @@
-"""What a run of the continuum says of its own numerics, as plain numbers."""
+"""What a run of the continuum says of its own numerics, as plain numbers.
+
+    python3 -m compare.study.figures CONFIG KEY -o RESULT.json
+"""
+
+import sys
+import tempfile
+from pathlib import Path
 
 import numpy as np
+
+from cases.stages import Stage, run_stages
 
 from compare.metrics.kinetic_energy_peak import kinetic_energy_peak
 from compare.metrics.kinetic_energy_peak_time import kinetic_energy_peak_time
 from compare.metrics.pressure_roughness import CUBIC
 from compare.mapping.reductions import mass_quantile
-from compare.mapping.runs import Run
+from compare.mapping.runs import Run, open_run
+from compare.study import job
+from compare.study.recipe import Recipe
 
 JITTER = 1e-10  # point spacings that a perturbed run's points are displaced by
 ACCOUNTS = (
@@ -21,8 +32,9 @@ WHOLE_CELLS = 2  # between the surface and the points whose pressure counts
 
 
 def figures(run: Run) -> dict:
-    """Run-outs [L0] by 99.5 and 99 % of the mass, height [H] by 99.5 %, peak [of the energy released] and its time [sqrt(H/g)];
-    accounts at the end and `loss`, of transfer and time integration, over the energy released; roughness of the pressure.
+    """Run-outs [L0] by 99.5 and 99 % of the mass, height [H] by 99.5 %, peak [of the energy
+    released] and its time [sqrt(H/g)]; accounts at the end and `loss`, of transfer and time
+    integration, over the energy released; roughness of the pressure.
     """
     run.reference_energy = run.released()
     end = run.clouds[-1]
@@ -58,8 +70,9 @@ def figures(run: Run) -> dict:
 
 
 def pressure_roughness(run: Run) -> tuple[float, float]:
-    """Root mean square of the pressure about a cubic over its mean, where the column stood: of the cells' means, and of these averaged
-    once more through the grid's quadratic B-splines, as its momentum balance does; NaN where too few points lie deep enough.
+    """Root mean square of the pressure about a cubic over its mean, where the column stood: of the
+    cells' means, and of these averaged once more through the grid's quadratic B-splines, as its
+    momentum balance does; NaN where too few points lie deep enough.
     """
     cloud, h = run.clouds[-1], run.case["mpm.cell_size"]
     x, volume = cloud.x[:, :2], cloud.solid_volume * (1.0 + cloud.state["void_ratio"])
@@ -96,9 +109,26 @@ def pressure_roughness(run: Run) -> tuple[float, float]:
 
 
 def averaged(values, volume, shares):
-    """Points to places and back: shares holds, for each place a point has a share in, (its number, the share)."""
+    """Points to places and back: shares holds, for each place a point has a share in, (its number,
+    the share).
+    """
     count = max(place.max() for place, _ in shares) + 1
     weight = sum(np.bincount(place, volume * share, count) for place, share in shares)
     total = sum(np.bincount(place, volume * share * values, count) for place, share in shares)
     mean = np.divide(total, weight, out=np.zeros(count), where=weight > 0.0)
     return sum(share * mean[place] for place, share in shares)
+
+
+def make(scene: Path, task: dict) -> dict:
+    recipe = Recipe.of(task)
+    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+        result = Path(folder) / "run.h5"
+        run_stages([Stage(recipe.label, recipe.words(scene, result))], quiet=True)
+        return {
+            name: value if isinstance(value, (int, str)) else float(value)
+            for name, value in figures(open_run(result)).items()
+        }
+
+
+if __name__ == "__main__":
+    sys.exit(job.run("compare.study.figures", __doc__, make))

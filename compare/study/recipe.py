@@ -1,20 +1,17 @@
-"""Recipes: an engine and what it is told beside the case. A study's recipes stand in cases/<case>/study.toml."""
+"""Recipes: an engine and what it is told beside the case.
 
-import hashlib
+A study's recipes stand in cases/<case>/study.toml.
+"""
+
 import itertools
-import json
 import tomllib
 from dataclasses import asdict, dataclass
-from functools import cache
 from pathlib import Path
+from typing import Any
 
 from cases import case
 from cases.errors import CaseError
-from cases.programs import ROOT, program
-
-DEM_SOURCES = sorted((ROOT / "dem_reference").glob("*.py")) + sorted(
-    (ROOT / "dem_reference" / "scripts").glob("*.in")
-)
+from cases.programs import program
 
 
 @dataclass(frozen=True)
@@ -57,25 +54,13 @@ class Recipe:
         words[0] = "build/release/mpm_run" if self.engine == "mpm" else words[0]
         return " ".join(words)
 
-    def key(self, scene: case.Case) -> str:
-        """Name of its result: a hash of all that decides it, the engine's program included."""
-        others = {"mpm": ("dem", "compare"), "dem": ("mpm", "material", "compare")}[self.engine]
-        read = {name: table for name, table in scene.values.items() if name not in others}
-        text = json.dumps([self.engine, self.sets, self.timeout, self.seed, read], sort_keys=True)
-        return f"{self.engine}-{hashlib.sha256(text.encode() + engine_digest(self.engine)).hexdigest()[:14]}"
-
     def as_json(self) -> dict:
         return asdict(self)
 
     @classmethod
-    def of(cls, values: dict) -> "Recipe":
-        return cls(**values | {"sets": tuple(values["sets"])})
-
-
-@cache
-def engine_digest(engine: str) -> bytes:
-    files = [program("mpm_run")] if engine == "mpm" else DEM_SOURCES
-    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).digest()
+    def of(cls, values: dict[str, Any]) -> "Recipe":
+        told: dict[str, Any] = values | {"sets": tuple(values["sets"])}
+        return cls(**told)
 
 
 def study(scene: case.Case, name: str) -> dict:
@@ -95,7 +80,10 @@ def study(scene: case.Case, name: str) -> dict:
 
 
 def expand(series: dict, timeout: float) -> list[Recipe]:
-    """The recipes of one [[…series]]: every combination of the values of `vary`, each with the assignments of `set`."""
+    """The recipes of one [[…series]].
+
+    Every combination of the values of `vary`, each with the assignments of `set`.
+    """
     keys, values = list(series.get("vary", {})), list(series.get("vary", {}).values())
     fixed = [assignment(key, value) for key, value in series.get("set", {}).items()]
     recipes = []
@@ -113,12 +101,15 @@ def expand(series: dict, timeout: float) -> list[Recipe]:
 
 
 def assignment(key: str, value) -> str:
-    return f"{key}={str(value).lower() if isinstance(value, bool) else f'{value:g}' if isinstance(value, float) else value}"
+    """The word of --set that gives a key a value."""
+    if isinstance(value, bool):
+        return f"{key}={str(value).lower()}"
+    return f"{key}={value:g}" if isinstance(value, float) else f"{key}={value}"
 
 
 def unique(recipes: list[Recipe]) -> list[Recipe]:
     """Without those that ask for what an earlier one asks for."""
-    seen = {}
+    seen: dict[tuple, Recipe] = {}
     for recipe in recipes:
         seen.setdefault((recipe.engine, frozenset(recipe.sets), recipe.seed), recipe)
     return list(seen.values())

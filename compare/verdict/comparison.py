@@ -17,7 +17,9 @@ from compare.mapping.runs import Run, open_fields, open_run
 
 @dataclass
 class Comparison:
-    """Runs of both engines; the first of each is the one that figures show, the others give the scatter."""
+    """Runs of both engines; the first of each is the one that figures show, the others give the
+    scatter.
+    """
 
     mpm: list[Run]
     dem: list[Run]
@@ -30,16 +32,16 @@ class Comparison:
 
 def run_files(folder: Path) -> tuple[list[Path], list[Path]]:
     """mpm*.h5 and dem*.h5 of a run's folder, mpm.h5 and dem.h5 first."""
-    found = tuple(
+    mpm, dem = (
         sorted(folder.glob(f"{engine}*.h5"), key=lambda p: (len(p.stem), p.stem))
         for engine in ("mpm", "dem")
     )
-    for engine, files in zip(("mpm", "dem"), found):
+    for engine, files in (("mpm", mpm), ("dem", dem)):
         if not files:
             raise CaseError(
                 f"{folder}: no {engine}.h5 (not a run's folder?). Make one with: grainpair run"
             )
-    return found
+    return mpm, dem
 
 
 def map_fields(runs: list[Path], output: Path, *options):
@@ -63,7 +65,9 @@ def map_fields(runs: list[Path], output: Path, *options):
 
 
 def refuse_unpaired(runs: list[Run]):
-    """The same scene on both sides: geometry, gravity and grains must agree, or no number below means anything."""
+    """The same scene on both sides: geometry, gravity and grains must agree, or no number below
+    means anything.
+    """
     keys = (
         "geometry.height",
         "geometry.length",
@@ -84,8 +88,9 @@ def refuse_unpaired(runs: list[Run]):
 def pair(mpm: list[Run], dem: list[Run], same_scene: bool = True) -> Comparison:
     """Brings both sides to one mass and one energy scale.
 
-    Where the continuum started from the nominal void ratio its mass differs from the packing's by the void ratio the
-    packing reached; masses and energies of every run are scaled to the first grain run's mass.
+    Where the continuum started from the nominal void ratio its mass differs from the packing's by
+    the void ratio the packing reached; masses and energies of every run are scaled to the first
+    grain run's mass.
     """
     if same_scene:
         refuse_unpaired(mpm + dem)
@@ -105,11 +110,15 @@ def load(folder: Path) -> Comparison:
     return pair(mpm, dem)
 
 
-def margin_of(metric: Metric, dem: list[Run], mean: float) -> float | None:
-    """The metric's margin in its own unit; None when the case has none for it."""
+def margin_of(metric: Metric, run: Run, mean: float) -> float | None:
+    """The metric's margin in its own unit, from the case of `run`; None when the case has none for
+    it.
+
+    `run` is one of the continuum: grains that are kept for all cases that ask for them may stem
+    from one of other margins.
+    """
     if not metric.margin:
         return None
-    run = dem[0]
     share = run.case[metric.margin]
     grain = run.diameter / run.length  # nothing is known to better than a grain
     if metric.margin == "compare.margin_run_out":
@@ -142,7 +151,7 @@ def evaluate_one(metric: Metric, c: Comparison) -> dict:
         if len(c.dem) > 1:  # what the grains differ by among themselves
             noise = [metric(a, b) for i, a in enumerate(c.dem) for b in c.dem[i + 1 :]]
             entry["noise_floor"] = number(float(np.mean(noise)))
-        margin, judged = margin_of(metric, c.dem, 0.0), lambda m: verdict.distance(values, m)
+        margin, judged = margin_of(metric, c.mpm[0], 0.0), lambda m: verdict.distance(values, m)
     else:
         mpm, dem = [metric(run) for run in c.mpm], [metric(run) for run in c.dem]
         a, b = float(np.mean(mpm)), float(np.mean(dem))
@@ -157,7 +166,7 @@ def evaluate_one(metric: Metric, c: Comparison) -> dict:
             for engine, values in (("mpm", mpm), ("dem", dem))
             for k, v in spread(values).items()
         }
-        margin, judged = margin_of(metric, c.dem, b), lambda m: verdict.equivalence(mpm, dem, m)
+        margin, judged = margin_of(metric, c.mpm[0], b), lambda m: verdict.equivalence(mpm, dem, m)
     if margin is not None:
         v = judged(margin)
         entry |= {"margin": margin, "half_width": number(v.half_width), "verdict": v.word}
@@ -171,12 +180,14 @@ def evaluate(c: Comparison) -> dict[str, dict]:
         "value": c.mpm[0].mass_scale,
         "unit": "-",
         "source": "pairing",
-        "definition": "Factor on the continuum's mass and energies that makes both clouds weigh the same.",
+        "definition": "Factor on the continuum's mass and energies that makes both clouds weigh "
+        "the same.",
     }
     out["verdict"] = {
         "value": verdict.overall([e["verdict"] for e in out.values() if "verdict" in e]),
         "unit": "-",
         "source": "equivalence tests against the case's margins",
-        "definition": "agree, differ or unresolved for ensembles; within or outside margin for one pair.",
+        "definition": "agree, differ or unresolved for ensembles; within or outside margin for "
+        "one pair.",
     }
     return out

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from compare.commands.run import find_case, name_of, verdict
-from cases.programs import ROOT
+from compare.commands.run import find_case, verdict
+from cases.programs import ROOT, name_of
 
 LAUNCHER = ROOT / "grainpair"
 
