@@ -1,4 +1,4 @@
-"""A case, as Python sees it: checked and completed by mpm_case, the only validator, and read back from its TOML."""
+"""Input files, as Python sees them: checked and completed by mpm_case, the only validator, and read back from its TOML."""
 
 import subprocess
 import tomllib
@@ -13,7 +13,7 @@ from cases.programs import ROOT, program
 
 @dataclass(frozen=True)
 class Case:
-    """Every key of cases/schema.toml with a value of its declared type, in bounds.
+    """Every key of the file's schema with a value of its declared type, in bounds: of a scene, cases/schema.toml.
 
     `case["geometry.height"]` is a value, `case["geometry"]` a table of them; units are the schema's.
     """
@@ -30,10 +30,11 @@ class Case:
         return value
 
 
-def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
-    """The case of a file, or of a folder that holds case.toml; `overrides` are "key=value".
+def load(path: str | Path, overrides: Iterable[str] = (), kind: str = "scene") -> Case:
+    """The case of a file, or of a folder that holds case.toml; `overrides` are "key=value", of a scene.
 
-    Raises CaseError with the validator's line; EngineError if the validator is not built.
+    `kind` is scene, element, point or study; "" leaves it to the file's name. Raises CaseError with the validator's line;
+    EngineError if the validator is not built.
     """
     path = Path(path)
     if path.is_dir():
@@ -41,6 +42,7 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
     command = [
         program("mpm_case"),
         path,
+        *(["--kind", kind] if kind else []),
         *(word for assignment in overrides for word in ("--set", assignment)),
     ]
     try:
@@ -51,11 +53,11 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
         ) from missing
     if check.returncode:
         raise CaseError(check.stderr.strip())
-    return parse(check.stdout, path, path.read_text())
+    return Case(path, path.read_text(), check.stdout, tomllib.loads(check.stdout))
 
 
 def parse(resolved: str, path: str | Path = "", text: str = "") -> Case:
-    """The case of a resolved TOML text, such as the attribute `case_resolved` of a result file.
+    """The scene of a resolved TOML text, such as the attribute `case_resolved` of a result file.
 
     A file written before the schema gained a key has that key's default.
     """

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.errors import EngineError
+from cases.errors import EngineError, Failure
 
 from . import scene
 from .audit import Audit, without_split
@@ -121,7 +121,8 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
         if step % plan.row == 0:
             if engine.count() != count:
                 raise EngineError(
-                    f"LIGGGHTS: lost {count - engine.count()} of {count} grains by t = {now:.4g} s"
+                    f"LIGGGHTS: lost {count - engine.count()} of {count} grains by t = {now:.4g} s",
+                    Failure.LOST_GRAINS,
                 )
             audit.row(shot, now)
             peak = max(peak, shot.kinetic)

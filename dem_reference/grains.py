@@ -12,7 +12,7 @@ delta, normal n from second to first, v_n = relative velocity along n, v_t the s
 from dataclasses import dataclass
 from math import log, pi, sqrt
 
-from cases.errors import CaseError
+from cases.errors import CaseError, Failure
 
 
 # Fewest steps that a head-on collision at sqrt(2 g H), the fastest there is, must last. The restitution realised is then
@@ -107,13 +107,15 @@ def time_step(grains: Grains, fraction: float, height: float, gravity: float) ->
     if fraction > LARGEST_RAYLEIGH_FRACTION:
         raise CaseError(
             f"dem.time_step_fraction: {fraction:g} of the Rayleigh time is above the contact limit "
-            f"(at most {LARGEST_RAYLEIGH_FRACTION:g}) lower it"
+            f"(at most {LARGEST_RAYLEIGH_FRACTION:g}) lower it",
+            Failure.REFUSED,
         )
     steps = grains.contact_time(speed) / dt
     if steps < LEAST_STEPS_PER_CONTACT:
         raise CaseError(
             f"dem.time_step_fraction: a grain that falls from H = {height:g} m hits for {steps:.1f} steps only "
             f"(at least {LEAST_STEPS_PER_CONTACT} resolve the contact) use at most "
-            f"{0.99 * fraction * steps / LEAST_STEPS_PER_CONTACT:.3g}"
+            f"{0.99 * fraction * steps / LEAST_STEPS_PER_CONTACT:.3g}",
+            Failure.REFUSED,
         )
     return dt

@@ -26,7 +26,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from cases.errors import EngineError
+from cases.errors import EngineError, Failure
 
 from . import scene
 from .contacts import Snapshot
@@ -137,7 +137,7 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
     engine.commands("unfix drag\nrun 0")
     rest(AT_REST, longest, dt, kept, "resting", (0.95, 1.0))
     if engine.count() != kept + int((engine.atoms()["type"] == scene.TYPES["glued"]).sum()):
-        raise EngineError("packing: LIGGGHTS lost grains")
+        raise EngineError("packing: LIGGGHTS lost grains", Failure.LOST_GRAINS)
 
     atoms = engine.atoms()
     shot = Snapshot(

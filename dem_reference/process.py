@@ -3,11 +3,12 @@
 import multiprocessing
 import os
 import resource
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from cases.errors import CaseError, EngineError
+from cases.errors import CaseError, EngineError, Failure
 
 
 def _child(pipe, work: Callable, arguments: tuple, errors: Path) -> None:
@@ -58,7 +59,17 @@ def run_engine(
     if outcome:
         kind, text = outcome[1]
         raise kind(text)
-    raise EngineError(f"LIGGGHTS: stopped with code {child.exitcode} ({last_error(log, errors)})")
+    raise stopped(child.exitcode, last_error(log, errors))
+
+
+def stopped(exit_code: int, words: str) -> EngineError:
+    """The engine ended with a code that is not 0, and these were its last words; it has no codes of failure of its own."""
+    code = None
+    if exit_code == -signal.SIGXCPU:
+        code = Failure.CPU_LIMIT
+    elif "Lost atoms" in words:
+        code = Failure.LOST_GRAINS
+    return EngineError(f"LIGGGHTS: stopped with code {exit_code} ({words})", code)
 
 
 def last_error(log: Path, errors: Path) -> str:

@@ -24,7 +24,7 @@ from .contacts import Snapshot
 from .fluctuation import fluctuation_energy
 from .grains import Grains
 from .output import Result
-from .process import last_error
+from .process import last_error, stopped
 
 PROGRAM = "liggghts"
 ATOMS = "id type x y z vx vy vz fx fy fz omegax omegay omegaz tqx tqy tqz"
@@ -90,9 +90,7 @@ def collapse_by_script(
             report(len(list(work.glob("atoms.*.bin"))) * plan.frame / plan.last, "collapse")
             time.sleep(0.2)
     if engine.returncode:
-        raise EngineError(
-            f"LIGGGHTS: stopped with code {engine.returncode} ({last_error(log, screen)})"
-        )
+        raise stopped(engine.returncode, last_error(log, screen))
     history = thermo(log)
     steps = sorted(int(path.name.split(".")[1]) for path in work.glob("atoms.*.bin"))
     result = Result(target, attributes)
