@@ -1,7 +1,8 @@
 """The two ways a command fails; the launcher prints the line and exits with the code.
 
-A failure that somebody tells from others carries a code, which ends its line in brackets: the message may be reworded,
-the code stays. The codes are those of cases/failure.hpp (`mpm_case --failures` prints them; a test compares).
+A failure that somebody tells from others carries a code, which ends its line in brackets: the
+message may be reworded, the code stays. The codes are those of cases/failure.hpp, which
+`mpm_case --failures` prints; a test compares the two.
 """
 
 from enum import StrEnum

@@ -63,7 +63,7 @@ def run_engine(
 
 
 def stopped(exit_code: int, words: str) -> EngineError:
-    """The engine ended with a code that is not 0, and these were its last words; it has no codes of failure of its own."""
+    """The engine ended with `exit_code` after these last words; our codes are told from them."""
     code = None
     if exit_code == -signal.SIGXCPU:
         code = Failure.CPU_LIMIT

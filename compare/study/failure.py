@@ -1,4 +1,4 @@
-"""Classes of failure as studies store them, told by the code that a run ends with (cases/errors.py)."""
+"""Classes of failure as studies store them, told by the code that a run ends with."""
 
 from cases.errors import Failure, Warned
 
@@ -16,7 +16,7 @@ DRIFT = "energy drift"  # a warning, of a run that ended well
 
 
 def classify(code: Failure | None) -> str:
-    """The class of a code; `engine failure` where there is none, or none that a study tells apart."""
+    """The class of a code; `engine failure` where there is none that a study tells apart."""
     return CLASSES.get(code, OTHER)
 
 

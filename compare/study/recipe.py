@@ -78,7 +78,10 @@ def engine_digest(engine: str) -> bytes:
 
 
 def study(scene: case.Case, name: str) -> dict:
-    """The table [<name>] of the case's study.toml, as cases/study_schema.toml has it. Raises CaseError when there is none."""
+    """The table [<name>] of the case's study.toml, checked against cases/study_schema.toml.
+
+    Raises CaseError with the file and line of a mistake, or when there is no such table.
+    """
     file = scene.path.with_name("study.toml")
     if not file.exists():
         raise CaseError(

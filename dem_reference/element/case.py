@@ -1,4 +1,4 @@
-"""The case file of an element test, checked by the one validator against cases/element_schema.toml."""
+"""The case file of an element test, as cases/element_schema.toml has it."""
 
 from pathlib import Path
 
@@ -10,8 +10,8 @@ from dem_reference.element.grains import Grains
 class Case:
     """An element test's case: every key of its own tables, checked, with defaults.
 
-    `case["shear.rates"]` is a value by dotted key, `case.grains` the grains, `case.test` the name of the test.
-    Raises CaseError with the validator's line.
+    `case["shear.rates"]` is a value by dotted key, `case.grains` the grains, `case.test` the name
+    of the test. Raises CaseError with the validator's line.
     """
 
     def __init__(self, path: Path):

@@ -133,7 +133,7 @@ steps = 10
 @settings(max_examples=400, deadline=None)
 @given(st.data())
 def test_no_damage_to_an_input_file_crashes_the_validator(tmp_path_factory, data):
-    """A piece of a valid file is replaced by arbitrary bytes: accepted or refused in one line, never worse."""
+    """A piece of a file is replaced by arbitrary bytes: accepted or refused in one line."""
     kind = data.draw(st.sampled_from(sorted(WHOLE)))
     text = WHOLE[kind].encode()
     start = data.draw(st.integers(0, len(text)))

@@ -1,4 +1,4 @@
-"""Codes of failure: the same in both languages, kept across processes, and all that classes hang on."""
+"""Codes of failure: the same in both languages, and all that classes of failure hang on."""
 
 import pickle
 import re
