@@ -1,4 +1,4 @@
-// Input files as text and as TOML. The only C++ that reads TOML is in this folder.
+// Input files as text and as TOML.
 #pragma once
 
 #include <toml++/toml.h>
