@@ -44,8 +44,8 @@ def load(path: str | Path, overrides: Iterable[str] = (), kind: str = "scene") -
     if path.is_dir():
         path = path / "case.toml"
     command = [
-        program("mpm_case"),
-        path,
+        str(program("mpm_case")),
+        str(path),
         *(["--kind", kind] if kind else []),
         *(word for assignment in overrides for word in ("--set", assignment)),
     ]

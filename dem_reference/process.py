@@ -62,7 +62,7 @@ def run_engine(
     raise stopped(child.exitcode, last_error(log, errors))
 
 
-def stopped(exit_code: int, words: str) -> EngineError:
+def stopped(exit_code: int | None, words: str) -> EngineError:
     """The engine ended with `exit_code` after these last words; our codes are told from them."""
     code = None
     if exit_code == -signal.SIGXCPU:

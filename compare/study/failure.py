@@ -17,7 +17,7 @@ DRIFT = "energy drift"  # a warning, of a run that ended well
 
 def classify(code: Failure | None) -> str:
     """The class of a code; `engine failure` where there is none that a study tells apart."""
-    return CLASSES.get(code, OTHER)
+    return CLASSES.get(code, OTHER) if code else OTHER
 
 
 def warnings_of(lines: str) -> set[Warned]:
