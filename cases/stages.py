@@ -1,6 +1,7 @@
 """Runs programs that report their progress, side by side, and shows it.
 
-A program says `progress <fraction> <text>` on standard output and, when it fails, one line on standard error.
+A program says `progress <fraction> <text>` on standard output and, when it fails, one line on
+standard error.
 """
 
 import os
@@ -91,7 +92,7 @@ def display(stages: list[Stage], quiet: bool) -> Bars | Lines:
 
 
 class Running:
-    """A started stage. Its output is read by two threads, so that neither pipe can fill up and block it."""
+    """A started stage. Two threads read its output: neither pipe can fill up and block it."""
 
     def __init__(self, stage: Stage, shown: Bars | Lines):
         self.stage, self.shown, self.errors = stage, shown, []

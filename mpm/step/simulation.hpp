@@ -4,7 +4,6 @@
 
 #include <memory>
 #include <optional>
-#include <stdexcept>
 
 #include "cases/case.hpp"
 #include "mpm/points/numerics.hpp"
@@ -13,11 +12,6 @@
 #include "mpm/step/ledger.hpp"
 
 namespace grainpair {
-
-/// The run cannot go on; programs print it and exit with code 3.
-struct SolverError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// Processor time that the parts of steps took [s].
 struct StageTimes {
