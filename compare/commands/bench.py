@@ -10,6 +10,8 @@ import subprocess
 from cases.errors import EngineError
 from cases.programs import program
 
+TARGETS = ["benchmarks"]
+
 QUICK = "points:14400/|triad|multiply_add"
 
 

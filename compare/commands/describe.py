@@ -1,6 +1,7 @@
 """Explain the keys of case files, or a case.
 
-WORD is the start of a key (`grains`, `mpm.transfer`; all keys by default), or a case, whose complete values are shown.
+WORD is the start of a key (`grains`, `mpm.transfer`; all keys by default), or a case, whose
+complete values are shown.
 """
 
 import subprocess
@@ -8,6 +9,8 @@ import subprocess
 from cases import case
 from compare.commands.run import find_case
 from cases.programs import program
+
+TARGETS = ["mpm_case"]
 
 
 def arguments(parser):
