@@ -7,6 +7,7 @@ command. What clang-tidy found clean is not looked at again until it, a header o
 import hashlib
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -95,30 +96,33 @@ def clang_tidy() -> str:
     """Findings in the files of TIDY, several looked at side by side."""
     commands = {
         str(Path(entry["file"]).relative_to(ROOT)): compiler(entry["command"])
-        for entry in json.loads((program("compile_commands.json")).read_text())
+        for entry in json.loads(program("compile_commands.json").read_text())
         if Path(entry["file"]).is_relative_to(ROOT)
     }
     chosen = [
-        name for pattern in TIDY for file in ROOT.glob(pattern) if (name := str(file.relative_to(ROOT)))
+        str(file.relative_to(ROOT)) for pattern in TIDY for file in sorted(ROOT.glob(pattern))
     ]
     lost = [name for name in chosen if name not in commands]
     if lost:
         return f"{', '.join(lost)}: not part of the build (see {program('compile_commands.json')})"
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = pool.map(lambda name: tidy(name, commands[name]), sorted(chosen))
-    return "\n".join(filter(None, found))
+        told = pool.map(lambda name: tidy(name, commands[name]), chosen)
+    findings = re.split(r"^(?=/\S+:\d+:\d+: (?:error|warning))", "\n".join(told), flags=re.M)
+    return "".join(dict.fromkeys(findings)).strip()  # a header's are told with every file
 
 
 def compiler(command: str) -> list[str]:
-    """The flags of a compiler's command line; without its launcher, its input, its output, and
-    precompiled headers, which are of another compiler."""
-    flags, skip = [], False
-    for word in shlex.split(command):
-        if skip:
-            skip = False
-        elif word in ("-o", "-c") or (word == "-include"):
-            skip = True
-        elif word.startswith("-") and word != "-Winvalid-pch":
+    """The flags of a compiler's command line.
+
+    Without its launcher, its input, its output, and precompiled headers: those are of another
+    compiler.
+    """
+    flags: list[str] = []
+    rest = iter(shlex.split(command))
+    for word in rest:
+        if word in ("-o", "-c", "-include"):
+            next(rest)
+        elif (flags or word.startswith("-")) and word != "-Winvalid-pch":
             flags.append(word)
     return flags
 

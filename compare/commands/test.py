@@ -40,9 +40,9 @@ def targets(words: list[str]) -> list[str]:
 
 
 def is_law(word: str) -> bool:
-    return bool(re.fullmatch(r"\w+", word)) and (
-        ROOT / "mpm" / "materials" / f"{word}.cpp"
-    ).exists()
+    return (
+        bool(re.fullmatch(r"\w+", word)) and (ROOT / "mpm" / "materials" / f"{word}.cpp").exists()
+    )
 
 
 def tests_of(law: str) -> dict[str, str]:
@@ -131,7 +131,9 @@ def pytest(options, reports: Path) -> int:
 def count(reports) -> str:
     """ "12 passed, 1 failed, 0 skipped" of JUnit reports."""
     suites = [
-        suite for report in reports for suite in ElementTree.parse(report).getroot().iter("testsuite")
+        suite
+        for report in reports
+        for suite in ElementTree.parse(report).getroot().iter("testsuite")
     ]
     if not suites:
         return "not run"
