@@ -1,5 +1,5 @@
 // A case file, checked and complete: every key of cases/schema.toml has a value of its declared
-// type, in bounds.
+// type, in bounds. This is the only C++ that reads TOML.
 #pragma once
 
 #include <map>

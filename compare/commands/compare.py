@@ -1,8 +1,9 @@
 """Compare runs anew from their files: fields, metrics, figures, report.
 
-Each RUN is a folder that holds mpm.h5 and dem.h5; further files mpm*.h5 and dem*.h5 in it (other seeds, other point
-jitter) make it an ensemble, whose scatter the verdicts use. With --dump the grains of one folder are read from plain
-LIGGGHTS or LAMMPS dumps instead, of a scene that --case describes.
+Each RUN is a folder that holds mpm.h5 and dem.h5; further files mpm*.h5 and dem*.h5 in it (other
+seeds, other point jitter) make it an ensemble, whose scatter the verdicts use. With --dump the
+grains of one folder are read from plain LIGGGHTS or LAMMPS dumps instead, of a scene that --case
+describes.
 """
 
 import sys

@@ -1,9 +1,11 @@
-"""Grains that grainpair did not simulate: plain text dumps of LIGGGHTS or LAMMPS, turned into a run file.
+"""Grains that grainpair did not simulate: plain text dumps of LIGGGHTS or LAMMPS, turned into a run
+file.
 
-Needs the columns id, x, y, z, vx, vy, vz and radius (or diameter); takes type and omegax, omegay, omegaz where they are.
-The scene's axes are the project's: x along the flow, y up. Contacts are not in such dumps, so the fields of stress are
-left out. The energy history is what positions and velocities tell: kinetic, rotational, potential; what has gone is
-booked as dissipated, elastic energy included.
+Needs the columns id, x, y, z, vx, vy, vz and radius (or diameter); takes type and omegax, omegay,
+omegaz where they are. The scene's axes are the project's: x along the flow, y up. Contacts are not
+in such dumps, so the fields of stress are left out. The energy history is what positions and
+velocities tell: kinetic, rotational, potential; what has gone is booked as dissipated, elastic
+energy included.
 """
 
 import os
@@ -42,7 +44,8 @@ def snapshots(path: Path) -> Iterator[Snapshot]:
         for number, line in lines:
             if not line.startswith("ITEM: TIMESTEP"):
                 raise CaseError(
-                    f"{path}:{number}: expected 'ITEM: TIMESTEP' (not a text dump of LIGGGHTS or LAMMPS)"
+                    f"{path}:{number}: expected 'ITEM: TIMESTEP' (not a text dump of LIGGGHTS or "
+                    "LAMMPS)"
                 )
             step = int(next(lines)[1])
             expect("NUMBER OF ATOMS")
@@ -60,8 +63,8 @@ def snapshots(path: Path) -> Iterator[Snapshot]:
             values = np.array(" ".join(rows).split(), dtype=float)
             if values.size != count * len(names):
                 raise CaseError(
-                    f"{path}: step {step} holds {values.size} numbers instead of {count * len(names)} "
-                    "(cut short?)"
+                    f"{path}: step {step} holds {values.size} numbers instead of "
+                    f"{count * len(names)} (cut short?)"
                 )
             table = values.reshape(count, len(names))
             table = table[np.argsort(table[:, names.index("id")])]

@@ -23,10 +23,11 @@ POINT_STATE = (
 
 @dataclass(frozen=True)
 class Cloud:
-    """What moves, at one instant: x, v of shape (N, 3) [m, m/s], mass (N,) [kg], solid_volume (N,) [m3].
+    """What moves, at one instant: x, v of shape (N, 3) [m, m/s], mass (N,) [kg], solid_volume (N,)
+    [m3].
 
-    `state` is what material points know themselves, each (N,): records of POINT_STATE by name, and "pressure" [Pa], a third of the
-    trace of the stress. A point keeps its row.
+    `state` is what material points know themselves, each (N,): records of POINT_STATE by name, and
+    "pressure" [Pa], a third of the trace of the stress. A point keeps its row.
     """
 
     x: np.ndarray
@@ -75,7 +76,9 @@ class StoredClouds(Sequence):
 
 @dataclass(frozen=True)
 class Grid:
-    """Centres x (nx,) and y (ny,) [m] of the cells that fields of shape (ny, nx) belong to; cell_volume [m3]."""
+    """Centres x (nx,) and y (ny,) [m] of the cells that fields of shape (ny, nx) belong to;
+    cell_volume [m3].
+    """
 
     x: np.ndarray
     y: np.ndarray
@@ -108,8 +111,9 @@ class Fields:
 class Run:
     """One run: its case, its frames, its energy history [J] and the fields mapped from it.
 
-    `mass_scale` multiplies mass and energies, so that both clouds of a pair weigh the same: a slab of plane strain is
-    as well a slab that much thicker. `reference_energy` [J] is the energy the grains release.
+    `mass_scale` multiplies mass and energies, so that both clouds of a pair weigh the same: a slab
+    of plane strain is as well a slab that much thicker. `reference_energy` [J] is the energy the
+    grains release.
     """
 
     name: str

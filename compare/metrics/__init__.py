@@ -1,4 +1,5 @@
-"""Metrics: one file each, a pure function of a run (or of a pair of runs) and an example with a known answer.
+"""Metrics: one file each, a pure function of a run (or of a pair of runs) and an example with a
+known answer.
 
 A metric of one run is computed for each engine; a metric of a pair says how far apart the two are.
 """

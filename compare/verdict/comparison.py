@@ -17,7 +17,9 @@ from compare.mapping.runs import Run, open_fields, open_run
 
 @dataclass
 class Comparison:
-    """Runs of both engines; the first of each is the one that figures show, the others give the scatter."""
+    """Runs of both engines; the first of each is the one that figures show, the others give the
+    scatter.
+    """
 
     mpm: list[Run]
     dem: list[Run]
@@ -63,7 +65,9 @@ def map_fields(runs: list[Path], output: Path, *options):
 
 
 def refuse_unpaired(runs: list[Run]):
-    """The same scene on both sides: geometry, gravity and grains must agree, or no number below means anything."""
+    """The same scene on both sides: geometry, gravity and grains must agree, or no number below
+    means anything.
+    """
     keys = (
         "geometry.height",
         "geometry.length",
@@ -84,8 +88,9 @@ def refuse_unpaired(runs: list[Run]):
 def pair(mpm: list[Run], dem: list[Run], same_scene: bool = True) -> Comparison:
     """Brings both sides to one mass and one energy scale.
 
-    Where the continuum started from the nominal void ratio its mass differs from the packing's by the void ratio the
-    packing reached; masses and energies of every run are scaled to the first grain run's mass.
+    Where the continuum started from the nominal void ratio its mass differs from the packing's by
+    the void ratio the packing reached; masses and energies of every run are scaled to the first
+    grain run's mass.
     """
     if same_scene:
         refuse_unpaired(mpm + dem)

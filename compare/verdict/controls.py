@@ -1,4 +1,5 @@
-"""Negative controls: candidates that must not pass for the continuum. A comparison that lets one pass proves nothing.
+"""Negative controls: candidates that must not pass for the continuum. A comparison that lets one
+pass proves nothing.
 
 shuffled            the continuum's own instants and energy rows in random order; costs nothing, always tried
 over_frictional     the continuum with about twice the friction, in controls/over_frictional.h5
@@ -45,7 +46,9 @@ def files(folder: Path) -> list[Path]:
 
 
 def shuffled(run: Run, seed: int = 1) -> Run:
-    """The run with its frames, and the rows of its energy history, in random order at the old times."""
+    """The run with its frames, and the rows of its energy history, in random order at the old
+    times.
+    """
     random = np.random.default_rng(seed)
     order, rows = random.permutation(len(run.time)), random.permutation(len(run.energy["time"]))
     energy = {k: v if k == "time" else v[rows] for k, v in run.energy.items()}

@@ -4,7 +4,9 @@ from compare.report.charts import COLOUR, LABEL, chart, panels
 
 
 def profile(run, values):
-    """Mean over the column's width, less 3 d on either side, of a mapped field (ny, nx) at the release."""
+    """Mean over the column's width, less 3 d on either side, of a mapped field (ny, nx) at the
+    release.
+    """
     x = run.fields.grid.x
     inside = (x > 3 * run.diameter) & (x < run.length - 3 * run.diameter)
     return values[:, inside].mean(axis=1)
@@ -50,6 +52,7 @@ def initial_state(comparison, narrow):
         "packing": "The continuum starts from the packing: mass, void ratio and stress of the settled grains.",
     }
     return figure, (
-        f"{start[case['initial.state']]} Means over the column's width, less 3 d on either side, of the mapped fields at "
-        "the release; within a kernel's width of floor and surface either reads low or high."
+        f"{start[case['initial.state']]} Means over the column's width, less 3 d on either side, "
+        "of the mapped fields at the release; within a kernel's width of floor and surface either "
+        "reads low or high."
     )

@@ -17,6 +17,7 @@ def deviatoric_strain(run, narrow):
         *drawn, r"accumulated deviatoric strain $\int\sqrt{2/3\ \mathrm{dev}D:\mathrm{dev}D}\ dt$"
     )
     return drawn[0], (
-        "Deviatoric strain accumulated at the points since release, on a logarithmic scale (compare [Ceccato2019], Figure 3): "
-        "the failure surface is where it falls from the mobilised mass to the static cone."
+        "Deviatoric strain accumulated at the points since release, on a logarithmic scale "
+        "(compare [Ceccato2019], Figure 3): the failure surface is where it falls from the "
+        "mobilised mass to the static cone."
     )

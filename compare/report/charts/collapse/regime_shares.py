@@ -63,6 +63,7 @@ def regime_shares(run, narrow):
     axes[1].set_yscale("log")
     axes[1].legend(fontsize=8)
     return figure, (
-        "Left, how much of the mass is in each regime. Right, when points of a depth first enter regimes 2, 3 and 4, the median of each tenth "
-        "of the height; a tenth of which less than half ever enters a regime has no median and no mark."
+        "Left, how much of the mass is in each regime. Right, when points of a depth first enter "
+        "regimes 2, 3 and 4, the median of each tenth of the height; a tenth of which less than "
+        "half ever enters a regime has no median and no mark."
     )

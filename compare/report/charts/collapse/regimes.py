@@ -21,6 +21,7 @@ def regimes(run, narrow):
     bar.set_ticks(range(5), labels=WORDS, fontsize=8)
     bar.ax.tick_params(length=0)
     return drawn[0], (
-        "Regime of every point [Ceccato2019, section 2.3] (compare its Figure 8). 0 is a point without contacts below the critical void "
-        "ratio, which the paper's four regimes do not name."
+        "Regime of every point [Ceccato2019, section 2.3] (compare its Figure 8). 0 is a point "
+        "without contacts below the critical void ratio, which the paper's four regimes do not "
+        "name."
     )
