@@ -76,7 +76,8 @@ def engine(name: str, flag: str):
 def built():
     for name in ("mpm_case", "mpm_run", "grain_map"):
         path = program(name)
-        yield path.exists(), f"program {name}", path if path.exists() else "not built; any other command builds it"
+        there = path.exists()
+        yield there, f"program {name}", path if there else "not built; `run` builds it"
 
 
 def machine():

@@ -184,9 +184,8 @@ def example_run(
     case = parse(
         "[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
         f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
-        "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = "
-        "0.05\nmargin_time = 0.05\nmargin_energy = 0.05\n"
-        "margin_distance = 0.03\n"
+        "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\n"
+        "margin_time = 0.05\nmargin_energy = 0.05\nmargin_distance = 0.03\n"
     )
     x = np.zeros((len(time), 1, 3)) if x is None else np.asarray(x, dtype=float)
     v = np.zeros_like(x) if v is None else np.asarray(v, dtype=float)

@@ -18,7 +18,7 @@ class Metric:
     definition: str  # the function's docstring
     of_pair: bool
     function: Callable
-    margin: str  # key of the case that holds the equivalence margin; "" when the metric has no verdict
+    margin: str  # key of the case that holds the margin of equivalence; "" without a verdict
 
     def __call__(self, *runs):
         return self.function(*runs)

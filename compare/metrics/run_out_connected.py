@@ -6,7 +6,10 @@ from compare.mapping.reductions import example_run, main_mass
 
 @metric(
     unit="L0",
-    source="farthest grain still connected to the main mass, on the mapped field so that points have it too",
+    source=(
+        "farthest grain still connected to the main mass, on the mapped field so that points have "
+        "it too"
+    ),
 )
 def run_out_connected(run):
     """(x - L0)/L0 at the end, x being the far side of the heaviest connected region whose solid

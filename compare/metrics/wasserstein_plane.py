@@ -9,7 +9,9 @@ DIRECTIONS = 32
 
 @metric(
     unit="L0",
-    source="sliced Wasserstein distance (Rabin et al. 2011), scaled so that a shift gives its length",
+    source=(
+        "sliced Wasserstein distance (Rabin et al. 2011), scaled so that a shift gives its length"
+    ),
     of_pair=True,
     margin="compare.margin_distance",
 )

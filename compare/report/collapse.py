@@ -57,7 +57,7 @@ def make(path: Path, folder: Path, tell=lambda fraction, text: None) -> dict:
     map_fields(
         [path], folder / "fields.h5", "--width", run.case["mpm.cell_size"] / run.diameter
     )  # points drawn apart leave no gaps
-    run.fields = open_fields(folder / "fields.h5", run.name)
+    run.mapped = open_fields(folder / "fields.h5", run.name)
     tell(0.1, "statements")
     statements = judge(run)
     write_atomically(

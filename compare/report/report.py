@@ -162,8 +162,7 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
     figures = draw_all(
         all_charts(), c, folder / "figures", lambda share, text: tell(0.4 + 0.55 * share, text)
     )
-    attributes = c.dem[0].fields.values.file.attrs
-    mapping = {k: v.decode() if isinstance(v, bytes) else v for k, v in attributes.items()}
+    mapping = c.dem[0].fields.attributes
     write_atomically(folder / "report.html", render(c, metrics, figures, judged, mapping))
     tell(1.0, "report written")
     return metrics

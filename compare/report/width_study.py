@@ -56,7 +56,8 @@ def study(run: Run, path: Path, widths, options=()) -> WidthStudy:
     """Maps the frame of the kinetic-energy peak with every width; `options` go to grain_map."""
     frame = int(np.argmin(abs(run.tau() - run.energy_tau()[np.argmax(run.joules("kinetic"))])))
     mask = core(run, frame)
-    means, scatter = {name: [] for name in FIELDS}, []
+    means: dict[str, list] = {name: [] for name in FIELDS}
+    scatter = []
     with tempfile.TemporaryDirectory() as scratch:
         for width in widths:
             output = Path(scratch) / f"{width}.h5"

@@ -89,6 +89,6 @@ def budget(run, split: bool = True) -> list[Account]:
     if not gone:  # an engine that was not asked to split its dissipation
         gone = [Account("all mechanisms", "dissipated", run.normalised("dissipated"))]
     accounts = [a for a in held + gone if np.any(a.values)]
-    total = sum(a.values for a in accounts)
+    total = sum((a.values for a in accounts), np.zeros_like(potential))
     accounts.append(Account("residual", "numerical", total[0] - total))
     return accounts

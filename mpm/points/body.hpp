@@ -257,6 +257,7 @@ using BodyFactory = std::function<std::unique_ptr<Body>(const Case&)>;
 std::map<std::string, BodyFactory>& material_registry();
 
 /// Puts a law into the registry. Law must be constructible from `const Case&`.
+// NOLINTBEGIN(bugprone-macro-parentheses): Law is a type
 #define GRAINPAIR_REGISTER_MATERIAL(Law, name)                                  \
   [[maybe_unused]] const bool Law##_registered =                                \
       ::grainpair::material_registry()                                          \
@@ -265,5 +266,6 @@ std::map<std::string, BodyFactory>& material_registry();
                      return std::make_unique<::grainpair::BodyOf<Law>>(Law(c)); \
                    })                                                           \
           .second;
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace grainpair

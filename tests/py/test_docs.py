@@ -130,6 +130,8 @@ def is_key(name: str) -> bool:
 def missing(name: str, document: Path) -> str:
     """What a name in code claims and does not hold; empty where all is there."""
     bare = name.strip().rstrip("…").strip()
+    if bare.startswith("/usr/"):
+        return ""  # of the system
     if re.match(r"(\./)?grainpair |(/usr/bin/)?python3 -m |build/release/|--", bare):
         return missing_command(bare)
     key = re.match(r"([a-z]\w*)\.(\w+)(?: ?=.*)?$", bare)

@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 
 from compare.report.charts import COLOUR, LABEL, chart, panels
@@ -23,7 +25,7 @@ def initial_state(comparison, narrow):
     weight = case["grains.density"] * case["geometry.gravity"] * case["geometry.height"]
     for runs in (comparison.mpm, comparison.dem):
         for i, run in enumerate(runs):
-            style = {
+            style: dict[str, Any] = {
                 "color": COLOUR[run.engine],
                 "alpha": 1.0 if i == 0 else 0.3,
                 "label": LABEL[run.engine] if i == 0 else None,
@@ -48,8 +50,13 @@ def initial_state(comparison, narrow):
     )
     axes[0].legend()
     start = {
-        "nominal": "The continuum starts from the nominal void ratio and lateral stress ratio of the case.",
-        "packing": "The continuum starts from the packing: mass, void ratio and stress of the settled grains.",
+        "nominal": (
+            "The continuum starts from the nominal void ratio and lateral stress ratio of the case."
+        ),
+        "packing": (
+            "The continuum starts from the packing: mass, void ratio and stress of the settled "
+            "grains."
+        ),
     }
     return figure, (
         f"{start[case['initial.state']]} Means over the column's width, less 3 d on either side, "

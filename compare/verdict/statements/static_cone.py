@@ -7,7 +7,10 @@ SMALL = 0.05  # accumulated deviatoric strain
 
 
 @statement(
-    text="A failure surface bounds a static cone with small strains, bottom left, under a mobilised mass",
+    text=(
+        "A failure surface bounds a static cone with small strains, bottom left, under a "
+        "mobilised mass"
+    ),
     source="Figure 3",
     unit="of the mass",
     bound="0.05 to 0.95, below and left of the rest",

@@ -28,7 +28,8 @@ def instants(run) -> list[int]:
 def when(run, frame: int) -> str:
     if frame < len(run.time) - 1:
         return f"t = {run.tau()[frame]:.1f} √(H/g)"
-    return f"{'at rest' if run.attributes.get('end_reason') == 'rest' else 'end'}, t = {run.tau()[frame]:.1f} √(H/g)"
+    end = "at rest" if run.attributes.get("end_reason") == "rest" else "end"
+    return f"{end}, t = {run.tau()[frame]:.1f} √(H/g)"
 
 
 def reach(run) -> tuple[float, float]:
