@@ -66,7 +66,7 @@ def call(command: list, folder: Path) -> subprocess.CompletedProcess:
     )
 
 
-PROGRAMS = {
+PROGRAMS: dict[str, list] = {
     "launcher": [sys.executable, "-m", "compare", "run", "case.toml"],
     "validator": [program("mpm_case"), "case.toml"],
     "continuum": [program("mpm_run"), "case.toml", "-o", "mpm.h5"],
@@ -92,7 +92,9 @@ def test_broken_case_gives_one_line_and_code_2(tmp_path, what, who):
 @settings(max_examples=100, deadline=None)
 @given(st.data())
 def test_no_damage_to_a_case_file_crashes_the_validator(tmp_path_factory, data):
-    """A piece of the seed's case is replaced by arbitrary bytes: accepted or refused in one line, never worse."""
+    """A piece of the seed's case is replaced by arbitrary bytes: accepted or refused in one line,
+    never worse.
+    """
     text = SEED.encode()
     start = data.draw(st.integers(0, len(text)))
     end = data.draw(st.integers(start, min(start + 20, len(text))))

@@ -55,7 +55,9 @@ def functions_of_cpp(text: str) -> list[tuple[str, int, int]]:
     too, counts as part of it. A brace without a blank before it is an initialiser's.
     """
     code = blank(text)
-    found, stack, head = [], [], 0  # head: where the text before the next block starts
+    found: list[tuple[str, int, int]] = []
+    stack: list[str] = []
+    head = 0  # where the text before the next block starts
     for at, sign in enumerate(code):
         if sign == "{":
             words = code[head:at].strip()
@@ -71,19 +73,19 @@ def functions_of_cpp(text: str) -> list[tuple[str, int, int]]:
             if kind == "function":
                 name = re.search(r"([\w:~]+)\s*\(", words)
                 begin = head + len(code[head:at]) - len(code[head:at].lstrip())
-                found.append([name[1] if name else "?", code.count("\n", 0, begin) + 1, 0])
+                found.append((name[1] if name else "?", code.count("\n", 0, begin) + 1, 0))
             stack.append(kind)
             if kind != "initialiser":
                 head = at + 1
         elif sign == "}" and stack:
             kind = stack.pop()
             if kind == "function":
-                found[-1][2] = code.count("\n", 0, at) + 1
+                found[-1] = (*found[-1][:2], code.count("\n", 0, at) + 1)
             if kind != "initialiser":
                 head = at + 1
         elif sign == ";" and "function" not in stack:
             head = at + 1
-    return [(name, first, last) for name, first, last in found]
+    return found
 
 
 def has_reason(lines: list[str], first: int) -> bool:
