@@ -1,22 +1,45 @@
-"""Text files that appear complete or not at all."""
+"""The writers of every file that is kept: it appears complete or not at all."""
 
 import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pandas as pd
 
 
-def write_atomically(path: Path, text: str):
-    part = path.with_name(path.name + ".part")
-    part.write_text(text)
-    os.replace(part, path)
-
-
-def write_table(path: Path, head: list[str], table: pd.DataFrame, float_format: str = "%.4g"):
-    """A table as CSV below comment lines, which say where it comes from; makes the folder."""
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A path beside `path`, of the same suffix, that takes its place once the block has ended well; makes the folder."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.stem}-{os.getpid()}.part{path.suffix}")
+    try:
+        yield part
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_atomically(path: Path, text: str):
+    with replacing(path) as part:
+        part.write_text(text)
+
+
+def write_figure(path: Path, figure, **options):
+    """A matplotlib figure in the format of the path's suffix; `options` are savefig's."""
+    with replacing(path) as part:
+        figure.savefig(part, **options)
+
+
+def write_table(
+    path: Path,
+    head: Iterable[str],
+    table: pd.DataFrame | list[dict],
+    float_format: str = "%.4g",
+):
+    """A table as CSV below comment lines, which say where it comes from (cases/provenance.py)."""
     write_atomically(
         path,
         "".join(f"# {line}\n" for line in head)
-        + table.to_csv(index=False, float_format=float_format),
+        + pd.DataFrame(table).to_csv(index=False, float_format=float_format),
     )

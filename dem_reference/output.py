@@ -6,11 +6,12 @@ ids, mass, radius and volume compress to almost nothing; about 50 bytes per grai
 
 import datetime
 import platform
-import subprocess
 from pathlib import Path
 
 import h5py
 import numpy as np
+
+from cases.provenance import commit
 
 from .audit import DOCS, Audit
 from .contacts import Snapshot
@@ -172,21 +173,3 @@ class Result:
             group.attrs.update(dict(source.attrs))
             for name in source:
                 source.copy(name, group)
-
-
-def commit() -> str:
-    """Commit of the sources, `unknown` outside a clone; "-dirty" when one is changed, which results kept in cases/*/reference are not."""
-
-    def git(*words):
-        return subprocess.run(
-            ["git", "-C", Path(__file__).resolve().parents[1], *words],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-
-    head = git("describe", "--always", "--abbrev=12")
-    if head.returncode:
-        return "unknown"
-    changed = git("diff", "--quiet", "HEAD", "--", ":/", ":(exclude)cases/*/reference/*").returncode
-    return head.stdout.strip() + ("-dirty" if changed else "")

@@ -14,8 +14,6 @@ until it lies within dem.void_ratio_tolerance of initial.void_ratio; at mu_p = 2
 drag is raised instead. The nearest attempt is kept. A seed fixes every random number, so a packing can be made again.
 """
 
-import hashlib
-import json
 import os
 import shutil
 import tempfile
@@ -30,6 +28,7 @@ from cases.errors import EngineError
 
 from . import scene
 from .contacts import Snapshot
+from .content import packing_key
 from .engine import Liggghts
 from .grains import Grains, time_step
 from .initial_state import box_stress, fields
@@ -196,22 +195,6 @@ def describe(file: h5py.File, case: dict, shot: Snapshot) -> None:
     )
 
 
-def fingerprint(case: dict, seed: int) -> str:
-    """Name of a packing: hash of all that decides it, the protocol's source included."""
-    keys = {name: dict(case[name]) for name in ("geometry", "grains", "walls")}
-    keys["walls"] = {k: v for k, v in keys["walls"].items() if k not in ("gate", "gate_speed")}
-    keys["void_ratio"] = case["initial"]["void_ratio"]
-    dem = case["dem"]
-    keys["dem"] = {k: dem[k] for k in dem if k not in ("audit_interval", "lifetime_threshold")}
-    sources = [
-        Path(__file__).with_name(n).read_bytes()
-        for n in ("packing.py", "scene.py", "grains.py", "initial_state.py", "void_ratio.py")
-    ]
-    sources += [path.read_bytes() for path in sorted(scene.SCRIPTS.glob("*.in"))]
-    text = json.dumps([keys, seed], sort_keys=True).encode()
-    return hashlib.sha256(b"".join([text, *sources])).hexdigest()[:16]
-
-
 def next_try(friction: float, damping: float, found: float, asked: float) -> tuple[float, float]:
     """Friction and damping of the next attempt, from those of the last one and the void ratio it reached."""
     if found < asked and friction == FRICTION_RANGE[1]:
@@ -228,7 +211,7 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
         case["geometry"]["height"],
         case["geometry"]["gravity"],
     )
-    target = store / fingerprint(case, seed)
+    target = store / packing_key(case, seed)
     if target.is_dir():
         report(1.0, "packing found")
         return target

@@ -17,6 +17,7 @@ import h5py
 
 from cases.case import Case, load
 from cases.errors import CaseError, EngineError
+from cases.programs import kept
 
 from . import packing
 from .collapse import Plan, collapse
@@ -25,7 +26,6 @@ from .process import run_engine
 from .script import collapse_by_script
 
 PACKING_SHARE = 0.35  # of a run's work, roughly
-STORE = Path(__file__).resolve().parents[1] / "runs" / "packings"
 
 
 class Progress:
@@ -118,7 +118,10 @@ def main(words: list[str] | None = None) -> int:
         "--seed", type=int, default=1, help="of base, packing and all random numbers (default 1)"
     )
     parser.add_argument(
-        "--packings", type=Path, default=STORE, help="folder that keeps settled packings for reuse"
+        "--packings",
+        type=Path,
+        default=kept("packings"),
+        help="folder that keeps settled packings for reuse",
     )
     parser.add_argument(
         "--driver",

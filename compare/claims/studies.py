@@ -5,7 +5,8 @@ from pathlib import Path
 
 from cases import case
 from compare.commands.claims import ROOT
-from compare.study import atlas, boundary, frontier, point, recipe, signature
+from compare.study import atlas, boundary, frontier, point, recipe
+from compare.study.distance import cost, errors
 
 CI = ROOT / "cases" / "column_ci"
 
@@ -16,8 +17,8 @@ def cheapest_deposit() -> tuple[float, float]:
     grains = json.loads((CI / "reference" / "grains.json").read_text())
     made = point.measure(CI, recipe.Recipe("mpm", ("material.law=mu_i", "mpm.cell_size=0.004")))
     return (
-        signature.errors(made, grains["mean"], scene)["deposit"],
-        frontier.grain_cost(grains) / signature.cost(made),
+        errors(made, grains["mean"], scene)["deposit"],
+        frontier.grain_cost(grains) / cost(made),
     )
 
 

@@ -8,9 +8,11 @@ boundaries.csv, failures.csv, trends.csv, atlas.html and figures.
 import sys
 from pathlib import Path
 
-from cases import case
-from compare.commands.run import find_case, name_of
-from compare.study import atlas, page, provenance, recipe, sweep
+from cases import case, provenance
+from cases.files import write_table
+from cases.programs import name_of
+from compare.commands.run import find_case
+from compare.study import atlas, page, recipe, sweep
 
 
 def arguments(parser):
@@ -31,9 +33,9 @@ def run(options) -> int:
     failures, trends = study.get("failure", []), study.get("trend", [])
 
     asked = [atlas.rows_of(plane, timeout) for plane in planes]
-    tasks = {atlas.key(task, scene): task for rows in asked for _, task in rows}
-    done = sweep.sweep(scene, tasks, options, "compare.study.boundary")
-    rows = [[(value, done[atlas.key(task, scene)]) for value, task in one] for one in asked]
+    tasks = [task for one in asked for _, task in one]
+    done = iter(sweep.run_tasks(scene, tasks, options, "compare.study.boundary"))
+    rows = [[(value, next(done)) for value, _ in one] for one in asked]
 
     pairs = [atlas.recipes_of(failure, timeout) for failure in failures]
     series = [
@@ -62,12 +64,14 @@ def run(options) -> int:
     tables, figures = {}, []
     if planes:
         tables["Every run of the planes"] = atlas.table(planes, rows, scene)
-        provenance.save(
-            tables["Every run of the planes"],
+        write_table(
             out / "boundaries.csv",
-            origin,
-            "a row is one run; times_default and times_limit: "
-            "boundary over the default and over the claimed limit",
+            provenance.head(
+                origin,
+                "a row is one run; times_default and times_limit: "
+                "boundary over the default and over the claimed limit",
+            ),
+            tables["Every run of the planes"],
         )
         words = [
             f"{plane['name']}: {sentence}"
@@ -78,8 +82,10 @@ def run(options) -> int:
         print(*words, sep="\n")
     if failures:
         tables["Failures known by name"] = named = atlas.failure_table(failures, shown, scene)
-        provenance.save(
-            named, out / "failures.csv", origin, "each failure with the recipe that shows it"
+        write_table(
+            out / "failures.csv",
+            provenance.head(origin, "each failure with the recipe that shows it"),
+            named,
         )
         for _, row in named.iterrows():
             print(
@@ -88,11 +94,13 @@ def run(options) -> int:
             )
     if trends:
         tables["Damping as the step shrinks"] = measured = atlas.trend_table(trends, trended, scene)
-        provenance.save(
-            measured,
+        write_table(
             out / "trends.csv",
-            origin,
-            "damping: energy lost to the numerics over the time integral of kinetic energy",
+            provenance.head(
+                origin,
+                "damping: energy lost to the numerics over the time integral of kinetic energy",
+            ),
+            measured,
         )
         figures.append(
             ("Damping as the step shrinks", [], chart.draw_trends(measured, out / "damping"))

@@ -11,7 +11,7 @@ from compare.element.calibration import NAMES, Fit
 from compare.commands.element import write
 from compare.element.model import Card
 from cases.programs import ROOT
-from dem_reference.output import commit
+from cases.provenance import commit
 
 SYMBOLS = {
     "critical_void_ratio": "e_c",

@@ -11,11 +11,11 @@ import pandas as pd
 
 from cases import case
 from compare.report import collapse
-from compare.commands.run import find_case, name_of
+from compare.commands.run import find_case
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
 from cases.files import write_table
-from cases.programs import ROOT, program
+from cases.programs import ROOT, name_of, program
 from compare.mapping.runs import open_run
 
 

@@ -7,9 +7,11 @@ The settings stand in the table [convergence] of cases/<case>/study.toml. Every 
 import sys
 from pathlib import Path
 
-from cases import case
-from compare.commands.run import find_case, name_of
-from compare.study import convergence, provenance, recipe, sweep
+from cases import case, provenance
+from cases.files import write_table
+from cases.programs import name_of
+from compare.commands.run import find_case
+from compare.study import convergence, recipe, sweep
 
 
 def arguments(parser):
@@ -26,24 +28,19 @@ def run(options) -> int:
 
     scene = case.load(find_case(options.case))
     settings = convergence.plan(recipe.study(scene, "convergence"))
-    tasks = {
-        (f"convergence-{one.key(scene)}"): one.as_json()
-        for setting in settings
-        for one in setting["recipes"]
-    }
-    points = sweep.sweep(scene, tasks, options, "compare.study.convergence")
-    found = [
-        [points[f"convergence-{one.key(scene)}"] for one in setting["recipes"]]
-        for setting in settings
-    ]
+    tasks = [one.as_json() for setting in settings for one in setting["recipes"]]
+    made = iter(sweep.run_tasks(scene, tasks, options, "compare.study.figures"))
+    found = [[next(made) for _ in setting["recipes"]] for setting in settings]
     table = convergence.table(settings, found)
 
     out = options.out or Path("runs") / "studies" / name_of(scene.path) / "convergence"
-    provenance.save(
-        table,
+    write_table(
         out / "convergence.csv",
-        provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
-        "figures: compare/study/figures.py; change: of the mean, relative to the group's base, with the half-width of its 90 % interval",
+        provenance.head(
+            provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
+            "figures: compare/study/figures.py; change: of the mean, relative to the group's base, with the half-width of its 90 % interval",
+        ),
+        table,
     )
     chart.draw(table, out / "convergence")
     judged = table[table["verdict"].notna()].drop(columns=["settings", "runs"])

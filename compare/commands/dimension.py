@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cases import case
+from cases import case, provenance
 from compare.commands.run import find_case
 from cases.stages import Stage, run_stages
+from cases.files import write_table
 from cases.programs import program
 from compare.mapping.runs import open_run
-from compare.study import provenance
 from compare.study.figures import JITTER, figures
 
 
@@ -113,10 +113,12 @@ def keep(table: pd.DataFrame, path: Path):
         table = pd.concat([others[~others["settings"].isin(table["settings"])], table])
     origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
     del origin["commit"]  # every row has its solver's
-    provenance.save(
-        table,
+    write_table(
         path,
-        origin,
-        "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; "
-        "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: processor time over plane strain's",
+        provenance.head(
+            origin,
+            "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; "
+            "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: processor time over plane strain's",
+        ),
+        table,
     )

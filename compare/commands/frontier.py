@@ -8,10 +8,12 @@ grains.json (the grains' mean and scatter), figures, and frontier.html, where ea
 import sys
 from pathlib import Path
 
-from cases import case
-from compare.commands.run import find_case, name_of
-from compare.study import frontier, page, provenance, recipe, reference, sweep
-from compare.study.signature import WORDS
+from cases import case, provenance
+from cases.files import write_table
+from cases.programs import name_of
+from compare.commands.run import find_case
+from compare.study import frontier, page, recipe, reference, sweep
+from compare.study.distance import WORDS
 
 
 def arguments(parser):
@@ -46,12 +48,14 @@ def run(options) -> int:
 
     out = options.out or Path("runs") / "studies" / name_of(scene.path) / "frontier"
     origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
-    provenance.save(
-        points,
+    write_table(
         out / "points.csv",
-        origin,
-        "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; relaxation_time [s]; "
-        "young_modulus [Pa]; a row is one run of `command`",
+        provenance.head(
+            origin,
+            "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; relaxation_time [s]; "
+            "young_modulus [Pa]; a row is one run of `command`",
+        ),
+        points,
     )
     reference.write(grains, out / "grains.json")
     figures = []

@@ -9,11 +9,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from cases import case
-from compare.commands.run import find_case, name_of
+from cases import case, provenance
+from cases.files import write_table
+from cases.programs import name_of
+from compare.commands.run import find_case
 from cases.errors import CaseError
-from compare.study import ladder, page, provenance, reference, sweep
-from compare.study.signature import WORDS, cost
+from compare.study import ladder, page, reference, sweep
+from compare.study.distance import WORDS, cost
 
 
 def share(word: str) -> float:
@@ -78,12 +80,14 @@ def run(options) -> int:
         ]
     )
     words = ladder.paragraph(tried, stop, rungs, grains, WORDS[options.metric], options.tolerance)
-    provenance.save(
-        table,
+    write_table(
         out / "ladder.csv",
-        origin,
-        f"error in the {WORDS[options.metric]} with the half-width of its 90 % interval [-]; "
-        f"cost [s per sqrt(H/g)]; tolerance {options.tolerance:g}. {words}",
+        provenance.head(
+            origin,
+            f"error in the {WORDS[options.metric]} with the half-width of its 90 % interval [-]; "
+            f"cost [s per sqrt(H/g)]; tolerance {options.tolerance:g}. {words}",
+        ),
+        table,
     )
     reference.write(grains, out / "grains.json")
     svg = chart.draw(tried, stop, WORDS[options.metric], options.tolerance, out / "ladder")

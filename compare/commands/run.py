@@ -4,7 +4,6 @@ The results stand in one folder (--out, by default runs/<case>): mpm.h5, dem.h5,
 report.html, figures/.
 """
 
-import hashlib
 import json
 import os
 import shutil
@@ -15,7 +14,8 @@ from pathlib import Path
 from cases import case
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
-from cases.programs import ROOT, program
+from cases.programs import ROOT, name_of, program
+from dem_reference.content import ensemble_folder
 
 # What an earlier run may have left in the folder.
 OURS = ["mpm.h5", "dem.h5", "dem_[0-9]*.h5", "fields.h5", "metrics.json", "report.html", "figures"]
@@ -68,40 +68,21 @@ def find_case(name: str) -> Path:
     return Path(os.path.relpath(named)) if named.is_relative_to(Path.cwd()) else named
 
 
-def name_of(path: Path) -> str:
-    path = path.resolve()
-    return path.parent.name if path.name == "case.toml" else path.stem
-
-
 def grains(scene: case.Case, options, common: list, scratch: Path) -> tuple[Stage, list[Path]]:
     """The stage that runs the grains, and the result files it makes: one, or one per seed of an ensemble.
 
-    An ensemble's files are kept by the content of the case, so that a stopped or enlarged one goes on where it was.
+    An ensemble's files are kept by what decides them, so that a stopped or enlarged one goes on where it was.
     """
     if options.seeds == 1:
         result = scratch / "dem.h5"
         words = ["dem_reference.run", *common, "--seed", options.seed, "--progress", "-o", result]
         return Stage("grains (DEM)", [sys.executable, "-m", *words]), [result]
-    name = "run-" + hashlib.sha256(scene.resolved.encode()).hexdigest()[:12]
-    kept = ROOT / "runs" / "ensembles" / name_of(scene.path) / name
-    words = [
-        "dem_reference.ensemble",
-        *common,
-        "--first",
-        options.seed,
-        "--seeds",
-        options.seeds,
-        "--name",
-        name,
-        "--jobs",
-        cores(),
-        "--table",
-        kept / "ensemble.csv",
-    ]
+    words = ["dem_reference.ensemble", *common, "--first", options.seed, "--seeds", options.seeds]
+    folder = ensemble_folder(scene)
+    words += ["--jobs", cores(), "--table", folder / "ensemble.csv"]
     seeds = range(options.seed, options.seed + options.seeds)
-    return Stage(f"grains (DEM), {options.seeds} seeds", [sys.executable, "-m", *words]), [
-        kept / f"{k}.h5" for k in seeds
-    ]
+    stage = Stage(f"grains (DEM), {options.seeds} seeds", [sys.executable, "-m", *words])
+    return stage, [folder / f"{seed}.h5" for seed in seeds]
 
 
 def cores() -> int:

@@ -1,7 +1,5 @@
 """Stability maps: planes of what makes a method fail, their measured boundaries, and the failures known by name."""
 
-import hashlib
-import json
 import math
 from pathlib import Path
 
@@ -10,7 +8,7 @@ import pandas as pd
 
 from cases.case import Case
 from compare.study import impact
-from compare.study.recipe import Recipe, assignment, engine_digest
+from compare.study.recipe import Recipe, assignment
 from compare.study.signature import expand
 
 
@@ -34,14 +32,6 @@ def rows_of(plane: dict, timeout: float) -> list[tuple[float, dict]]:
             )
         )
     return out
-
-
-def key(task: dict, scene: Case) -> str:
-    """Name a row is kept under: a hash of the task, the case and the engine."""
-    text = json.dumps([task, scene.resolved], sort_keys=True).encode() + engine_digest(
-        task["recipe"]["engine"]
-    )
-    return f"row-{hashlib.sha256(text).hexdigest()[:14]}"
 
 
 def default_of(plane: dict, scene: Case) -> float:

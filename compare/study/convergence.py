@@ -3,22 +3,14 @@
 The table [convergence] of a case's study.toml holds groups; a group is a setting of the case, `runs` copies of it whose points
 are displaced by 1e-10 of their spacing, and the changes that it is tried with. A granular flow is chaotic: what a change of the
 numerics does is seen above that scatter only.
-
-    python3 -m compare.study.convergence CONFIG KEY -o RESULT.json
 """
 
-import sys
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from cases.stages import Stage, run_stages
-from compare.mapping.runs import open_run
-from compare.study import job
-from compare.study.figures import JITTER, figures
+from compare.study.figures import JITTER
 from compare.study.recipe import Recipe, assignment
 from compare.verdict.equivalence import equivalence
 
@@ -86,18 +78,3 @@ def table(settings: list[dict], found: list[list[dict]]) -> pd.DataFrame:
                 row |= {"limit": limit, "verdict": LESS if values.mean() <= limit else MORE}
             rows.append(row)
     return pd.DataFrame(rows)
-
-
-def make(scene: Path, task: dict) -> dict:
-    recipe = Recipe.of(task)
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
-        result = Path(folder) / "run.h5"
-        run_stages([Stage(recipe.label, recipe.words(scene, result))], quiet=True)
-        return {
-            name: value if isinstance(value, (int, str)) else float(value)
-            for name, value in figures(open_run(result)).items()
-        }
-
-
-if __name__ == "__main__":
-    sys.exit(job.run("compare.study.convergence", __doc__, make))

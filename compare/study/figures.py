@@ -1,12 +1,23 @@
-"""What a run of the continuum says of its own numerics, as plain numbers."""
+"""What a run of the continuum says of its own numerics, as plain numbers.
+
+    python3 -m compare.study.figures CONFIG KEY -o RESULT.json
+"""
+
+import sys
+import tempfile
+from pathlib import Path
 
 import numpy as np
+
+from cases.stages import Stage, run_stages
 
 from compare.metrics.kinetic_energy_peak import kinetic_energy_peak
 from compare.metrics.kinetic_energy_peak_time import kinetic_energy_peak_time
 from compare.metrics.pressure_roughness import CUBIC
 from compare.mapping.reductions import mass_quantile
-from compare.mapping.runs import Run
+from compare.mapping.runs import Run, open_run
+from compare.study import job
+from compare.study.recipe import Recipe
 
 JITTER = 1e-10  # point spacings that a perturbed run's points are displaced by
 ACCOUNTS = (
@@ -102,3 +113,18 @@ def averaged(values, volume, shares):
     total = sum(np.bincount(place, volume * share * values, count) for place, share in shares)
     mean = np.divide(total, weight, out=np.zeros(count), where=weight > 0.0)
     return sum(share * mean[place] for place, share in shares)
+
+
+def make(scene: Path, task: dict) -> dict:
+    recipe = Recipe.of(task)
+    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+        result = Path(folder) / "run.h5"
+        run_stages([Stage(recipe.label, recipe.words(scene, result))], quiet=True)
+        return {
+            name: value if isinstance(value, (int, str)) else float(value)
+            for name, value in figures(open_run(result)).items()
+        }
+
+
+if __name__ == "__main__":
+    sys.exit(job.run("compare.study.figures", __doc__, make))

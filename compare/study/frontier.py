@@ -7,7 +7,7 @@ import pandas as pd
 
 from cases.case import Case
 from compare.study.recipe import Recipe
-from compare.study.signature import WORDS, cost, errors
+from compare.study.distance import WORDS, cost, errors
 
 LEVELS = (0.02, 0.05, 0.10)
 METRICS = tuple(WORDS)

@@ -2,9 +2,11 @@
 
 import argparse
 import json
+import os
 from pathlib import Path
 
 from cases.files import write_atomically
+from cases.programs import ROOT
 
 
 def run(program: str, doc: str, make) -> int:
@@ -14,8 +16,8 @@ def run(program: str, doc: str, make) -> int:
     parser.add_argument("key")
     parser.add_argument("-o", "--out", type=Path, required=True)
     options = parser.parse_args()
-    config = json.loads(options.config.read_text())
-    write_atomically(
-        options.out, json.dumps(make(Path(config["case"]), config["recipes"][options.key]))
-    )
+    config, out = json.loads(options.config.read_text()), options.out.resolve()
+    os.chdir(ROOT)  # so that commands in the result are those that a user there can give
+    made = make(Path(config["case"]), config["recipes"][options.key])
+    write_atomically(out, json.dumps(made))
     return 0

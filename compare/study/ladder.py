@@ -10,7 +10,7 @@ from cases.errors import CaseError
 from cases.programs import ROOT
 from compare.study.frontier import grain_cost
 from compare.study.recipe import Recipe, assignment
-from compare.study.signature import cost, errors, mean
+from compare.study.distance import cost, errors, mean
 
 
 def rungs(scene: Case) -> list[tuple[str, Recipe]]:

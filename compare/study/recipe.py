@@ -1,20 +1,13 @@
 """Recipes: an engine and what it is told beside the case. A study's recipes stand in cases/<case>/study.toml."""
 
-import hashlib
 import itertools
-import json
 import tomllib
 from dataclasses import asdict, dataclass
-from functools import cache
 from pathlib import Path
 
 from cases import case
 from cases.errors import CaseError
-from cases.programs import ROOT, program
-
-DEM_SOURCES = sorted((ROOT / "dem_reference").glob("*.py")) + sorted(
-    (ROOT / "dem_reference" / "scripts").glob("*.in")
-)
+from cases.programs import program
 
 
 @dataclass(frozen=True)
@@ -57,25 +50,12 @@ class Recipe:
         words[0] = "build/release/mpm_run" if self.engine == "mpm" else words[0]
         return " ".join(words)
 
-    def key(self, scene: case.Case) -> str:
-        """Name of its result: a hash of all that decides it, the engine's program included."""
-        others = {"mpm": ("dem", "compare"), "dem": ("mpm", "material", "compare")}[self.engine]
-        read = {name: table for name, table in scene.values.items() if name not in others}
-        text = json.dumps([self.engine, self.sets, self.timeout, self.seed, read], sort_keys=True)
-        return f"{self.engine}-{hashlib.sha256(text.encode() + engine_digest(self.engine)).hexdigest()[:14]}"
-
     def as_json(self) -> dict:
         return asdict(self)
 
     @classmethod
     def of(cls, values: dict) -> "Recipe":
         return cls(**values | {"sets": tuple(values["sets"])})
-
-
-@cache
-def engine_digest(engine: str) -> bytes:
-    files = [program("mpm_run")] if engine == "mpm" else DEM_SOURCES
-    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).digest()
 
 
 def study(scene: case.Case, name: str) -> dict:

@@ -1,21 +1,20 @@
 """What the grains say of a scene: the mean of an ensemble, and how far its members are from one another."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 
-from cases import case
-from compare.verdict.comparison import pair
-from cases.errors import CaseError, EngineError
-from compare.metrics import all_metrics
-from cases.programs import ROOT
+from cases import case, provenance, workflow
+from cases.errors import CaseError
 from cases.files import write_atomically
 from compare.mapping.runs import open_run
-from compare.study.provenance import about
-from compare.study.signature import compact, errors, expand, mean
+from compare.metrics import all_metrics
+from compare.study.distance import errors, mean
+from compare.study.signature import compact, expand
+from compare.verdict.comparison import pair
+from dem_reference import ensemble
+from dem_reference.content import differences, ensemble_folder, inputs
 
 
 def arguments(parser):
@@ -32,55 +31,65 @@ def arguments(parser):
         "--seeds",
         type=int,
         metavar="N",
-        help="make an ensemble of N seeds, or what is missing of it, in "
-        "runs/ensembles/<case>/ensemble. Without these three: that ensemble if it is there, else "
-        "cases/<case>/reference/grains.json, else 8 seeds",
+        help="make an ensemble of N seeds, or what is missing of it (dem_reference.ensemble). Without "
+        "these three: that ensemble if it is there, else cases/<case>/reference/grains.json, else 8 seeds",
     )
 
 
 def obtain(scene: case.Case, options) -> dict:
-    """The reference that the options name: {"about", "members": [signature...], "mean": signature, "scatter": {metric: [errors]}, ...}."""
-    name = scene.path.parent.name if scene.path.name == "case.toml" else scene.path.stem
-    folder = options.ensemble or ROOT / "runs" / "ensembles" / name / "ensemble"
-    committed = scene.path.parent / "reference" / "grains.json"
+    """The reference that the options name.
+
+    {"about", "made_of": inputs that decide grains, "members": [signature...], "mean": signature,
+    "scatter": {metric: [errors]}, ...}. Raises CaseError where it is of other grains than the scene's.
+    """
     if options.reference:
-        return read(options.reference)
-    if options.ensemble and not any(folder.glob("[0-9]*.h5")):
-        raise CaseError(f"{folder}: no run <seed>.h5 in it")
-    if not any(folder.glob("[0-9]*.h5")) and not options.seeds and committed.exists():
-        return read(committed)
-    if not options.ensemble and (options.seeds or not any(folder.glob("[0-9]*.h5"))):
-        make(scene, folder, options)
-    return of_runs(sorted(folder.glob("[0-9]*.h5"), key=lambda path: int(path.stem)), scene)
+        return read(options.reference, scene)
+    if options.ensemble:
+        files = runs_in(options.ensemble)
+        if not files:
+            raise CaseError(f"{options.ensemble}: no run <seed>.h5 in it")
+        return of_runs(files, scene)
+    files = runs_in(ensemble_folder(scene))
+    committed = scene.path.parent / "reference" / "grains.json"
+    if not files and not options.seeds and committed.exists():
+        return read(committed, scene)
+    if options.seeds or not files:
+        where = workflow.Where(options.jobs, options.profile)
+        ensemble.make(scene, [], range(1, (options.seeds or 8) + 1), where)
+    return of_runs(runs_in(ensemble_folder(scene)), scene)
 
 
-def make(scene: case.Case, folder: Path, options):
-    """The ensemble of the case, resumed where it stands."""
-    words = [
-        sys.executable,
-        "-m",
-        "dem_reference.ensemble",
-        scene.path,
-        "--seeds",
-        options.seeds or 8,
-        "--jobs",
-        options.jobs,
-        "--table",
-        folder / "ensemble.csv",
-        *(["--profile", options.profile] if options.profile else []),
-    ]
-    done = subprocess.run(
-        [str(word) for word in words], cwd=ROOT, check=False, capture_output=True, text=True
-    )
-    if done.returncode:
-        raise EngineError((done.stderr.strip() or "ensemble: failed").splitlines()[-1])
+def runs_in(folder: Path) -> list[Path]:
+    """The runs <seed>.h5 of a folder, by seed."""
+    return sorted(folder.glob("[0-9]*.h5"), key=lambda path: int(path.stem))
 
 
-def read(path: Path) -> dict:
+def read(path: Path, scene: case.Case) -> dict:
+    """A reference as write(…) wrote it; raises CaseError where it does not say that it is of the scene's grains."""
     try:
-        return json.loads(path.read_text())
+        found = json.loads(path.read_text())
+        made_of = found["made_of"]
     except (OSError, ValueError) as error:
         raise CaseError(f"{path}: not a reference of the grains ({error})") from error
+    except (KeyError, TypeError):
+        raise CaseError(
+            f"{path}: not a reference of the grains (it does not state what it was made of) "
+            "make it again from its runs, with --ensemble DIR"
+        ) from None
+    refuse_others(path, made_of, scene)
+    return found
+
+
+def refuse_others(path: Path, made_of: dict, scene: case.Case):
+    """Raises CaseError where grains made of other inputs than the scene's are taken for its own."""
+    asked = inputs(scene)
+    others = differences(made_of, asked)
+    if others:
+        told = [f"{key} = {made_of.get(key)}, not {asked.get(key)}" for key in others]
+        raise CaseError(
+            f"{path}: {'; '.join(told)} (other grains than those of {scene.path}) "
+            f"make them with: python3 -m dem_reference.ensemble {scene.path.parent} --seeds 8"
+        )
 
 
 def of_runs(files: list[Path], scene: case.Case) -> dict:
@@ -90,23 +99,17 @@ def of_runs(files: list[Path], scene: case.Case) -> dict:
             f"{files[0].parent if files else scene.path}: {len(files)} run of the grains (two at least show a scatter)"
         )
     runs = [open_run(file) for file in files]
-    for run in runs:
-        for key in (
-            "geometry.height",
-            "geometry.length",
-            "grains.diameter",
-        ):
-            if run.case[key] != scene[key]:
-                raise CaseError(
-                    f"{run.case.path}: {key} = {run.case[key]}, but {scene[key]} in {scene.path} (not its ensemble)"
-                )
+    for file, run in zip(files, runs):
+        refuse_others(file, inputs(run.case), scene)
     seeds = [compact(run) for run in runs]
     left_out = [
         errors(seed, mean([other for other in seeds if other is not seed], scene), scene)
         for seed in seeds
     ]
+    origin = {"command": runs[0].attributes["command"], "commit": runs[0].attributes["commit"]}
     return {
-        "about": about(runs[0].attributes["command"], commit=runs[0].attributes["commit"]),
+        "about": provenance.about("") | origin,
+        "made_of": inputs(scene),
         "members": seeds,
         "mean": mean(seeds, scene),
         "scatter": {name: [one[name] for one in left_out] for name in left_out[0]},

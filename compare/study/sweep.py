@@ -1,13 +1,11 @@
-"""Runs recipes as one Snakemake workflow: what is there is kept, what is missing is run, some at a time or on a cluster."""
+"""Runs recipes as one workflow: what is there is kept, what is missing is run, some at a time or on a cluster."""
 
 import json
-import os
-import subprocess
 from pathlib import Path
 
-from cases import case
-from cases.errors import EngineError
-from cases.programs import ROOT
+from cases import case, workflow
+from cases.programs import kept, short
+from compare.study import keys
 from compare.study.recipe import Recipe
 
 HELP = {
@@ -28,72 +26,45 @@ def arguments(parser):
     )
 
 
-def relative(path: Path) -> Path:
-    """A path as a user in the project's folder types it."""
-    path = path.resolve()
-    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
-
-
 def sweep(
     scene: case.Case, tasks: dict[str, dict], options, program: str = "compare.study.point"
 ) -> dict[str, dict]:
-    """The results of the tasks, by the key each is kept under in runs/studies/points.
+    """The results of the tasks, by the key each is kept under in runs/studies/points (compare/study/keys.py).
 
     `program` makes one of them: python3 -m PROGRAM CONFIG KEY -o RESULT.json, where CONFIG holds "case" and "recipes".
     Raises EngineError when one cannot be made (a run that fails is a result).
     """
-    store = ROOT / "runs" / "studies" / "points"
-    store.mkdir(parents=True, exist_ok=True)
+    store = kept("studies", "points")
     if any(not (store / f"{key}.json").exists() for key in tasks):
-        config = store / f"config-{os.getpid()}.json"
         path = scene.path.parent if scene.path.name == "case.toml" else scene.path
-        config.write_text(
-            json.dumps(
-                {
-                    "case": str(relative(path)),
-                    "recipes": tasks,
-                    "program": program,
-                    "file": str(config),
-                }
-            )
-        )
-        words = [
-            "snakemake",
-            "-s",
-            Path(__file__).with_name("Snakefile"),
-            "--configfile",
-            config,
-            "--directory",
-            store,
-            "--rerun-incomplete",
-            "--rerun-triggers",
-            "mtime",
-            "--keep-going",
-            "--nolock",
-            "--quiet",
-            "all",
-        ]
-        words += (
-            ["--profile", options.profile.resolve()]
-            if options.profile
-            else ["--cores", options.jobs]
-        )
-        try:
-            done = subprocess.run(
-                [str(word) for word in words], cwd=ROOT, check=False, capture_output=True, text=True
-            )
-        finally:
-            config.unlink()
-        if done.returncode:
-            raise EngineError(
-                f"study: not every run could be started (see {store / '.snakemake' / 'log'}) "
-                f"run it again to take up the rest: {done.stderr.strip().splitlines()[-1:]}"
-            )
+        config = {"case": str(short(path)), "recipes": tasks, "program": program}
+        where = workflow.Where(options.jobs, options.profile)
+        workflow.run(Path(__file__).with_name("Snakefile"), store, config, where)
     return {key: json.loads((store / f"{key}.json").read_text()) for key in tasks}
 
 
+def run_tasks(scene: case.Case, tasks: list[dict], options, program: str) -> list[dict]:
+    """The result of each task, in order; a task is a recipe as JSON, or holds one as "recipe" beside what else it asks."""
+    names = []
+    for task in tasks:
+        recipe = Recipe.of(task.get("recipe", task))
+        more = {name: asked for name, asked in task.items() if name != "recipe"}
+        # such a result also tells the commands of its runs, in the recipe's words
+        asked = more | {"sets": recipe.sets} if "recipe" in task else None
+        names.append(keys.key(program, recipe, scene, asked))
+    found = sweep(scene, dict(zip(names, tasks)), options, program)
+    return [found[name] for name in names]
+
+
 def run_recipes(scene: case.Case, recipes: list[Recipe], options) -> list[dict]:
-    """The point of each recipe, in order; see compare/study/point.py."""
-    keys = [recipe.key(scene) for recipe in recipes]
-    points = sweep(scene, {key: recipe.as_json() for key, recipe in zip(keys, recipes)}, options)
-    return [points[key] | {"key": key} for key in keys]
+    """The point of each recipe, in order; see compare/study/point.py.
+
+    Recipes that tell the engine the same in other words share a point, and each is given it as its own.
+    """
+    names = [keys.key("compare.study.point", recipe, scene) for recipe in recipes]
+    tasks = {name: recipe.as_json() for name, recipe in zip(names, recipes)}
+    points = sweep(scene, tasks, options)
+    return [
+        points[name] | {"key": name, "recipe": recipe.as_json()}
+        for name, recipe in zip(names, recipes)
+    ]

@@ -12,7 +12,7 @@ import pytest
 
 from cases.case import load
 from cases.errors import EngineError
-from dem_reference import engine, packing
+from dem_reference import content, engine, packing
 from dem_reference.process import run_engine
 from dem_reference.run import Progress, main
 
@@ -428,9 +428,9 @@ def test_the_search_moves_towards_the_void_ratio_asked_for():
 
 def test_different_seeds_make_different_packings():
     case = packing.dict_of(load(CASE))
-    assert packing.fingerprint(case, 1) != packing.fingerprint(case, 2)
+    assert content.packing_key(case, 1) != content.packing_key(case, 2)
     case["dem"]["audit_interval"] = 7
-    assert packing.fingerprint(case, 1) == packing.fingerprint(packing.dict_of(load(CASE)), 1)
+    assert content.packing_key(case, 1) == content.packing_key(packing.dict_of(load(CASE)), 1)
 
 
 def test_progress_never_falls(capsys):

@@ -12,10 +12,10 @@ from typing import Any
 
 import pytest
 
-from cases.programs import ROOT
+from cases.programs import ROOT, name_of
 from compare import version
 from compare.commands import test as test_command
-from compare.commands.run import find_case, name_of, verdict
+from compare.commands.run import find_case, verdict
 from compare.targets import COMMANDS, targets
 
 LAUNCHER = ROOT / "grainpair"

@@ -9,7 +9,7 @@ import pandas as pd
 from compare.report.charts import DEM, INK, panels
 from compare.study.charts import STUDY_STYLE, save
 from compare.study.frontier import band, front, grain_cost
-from compare.study.signature import WORDS
+from compare.study.distance import WORDS
 
 LAWS = {
     "drucker_prager": "#7a9a01",

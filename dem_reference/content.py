@@ -1,0 +1,81 @@
+"""What decides the grains: of the case, of the sources, of the engine; and the keys of what is kept of them."""
+
+import subprocess
+from functools import cache
+from pathlib import Path
+
+from cases import content
+from cases.case import Case
+from cases.programs import ROOT, kept, name_of
+
+SCRIPTS = "dem_reference/scripts"
+RELEASE = ("walls.gate", "walls.gate_speed")  # of walls and dem, what a packing does not feel
+AUDIT = ("dem.audit_interval", "dem.lifetime_threshold")
+
+
+def inputs(case: Case | dict) -> dict:
+    """The keys of a case, such as "grains.friction", that decide a run of the grains, with their values.
+
+    Of geometry.dimension the grains know only whether the column is a cylinder.
+    """
+    flat = {
+        f"{table}.{key}": value
+        for table in ("geometry", "grains", "walls", "dem", "time")
+        for key, value in case[table].items()
+    }
+    cylinder = flat.pop("geometry.dimension") == "axisymmetric"
+    return flat | {
+        "geometry.axisymmetric": cylinder,
+        "initial.void_ratio": case["initial"]["void_ratio"],
+    }
+
+
+def differences(made_of: dict, asked: dict) -> list[str]:
+    """Keys in which two tables of inputs differ."""
+    keys = made_of.keys() | asked.keys()
+    return sorted(key for key in keys if made_of.get(key) != asked.get(key))
+
+
+@cache
+def engine() -> str:
+    """Versions of Debian's packages of LIGGGHTS, library and program."""
+    packages = ("libliggghts3", "liggghts")
+    form = "--showformat=${Package} ${Version}\\n"
+    try:
+        told = subprocess.run(
+            ["dpkg-query", "--show", form, *packages], capture_output=True, text=True, check=False
+        ).stdout
+    except FileNotFoundError:
+        return "not told"
+    return told.strip()
+
+
+def sources(*entries: str, root: Path = ROOT) -> str:
+    """Digest of the modules `entries` with all they import, and of the templates."""
+    scripts = sorted((root / SCRIPTS).glob("*.in"))
+    return content.of_files([*sorted(content.imported(*entries, root=root)), *scripts], root)
+
+
+def packing_key(case: Case | dict, seed: int, root: Path = ROOT) -> str:
+    """Name of a packing."""
+    felt = {
+        key: value
+        for key, value in inputs(case).items()
+        if not key.startswith("time.") and key not in (*RELEASE, *AUDIT)
+    }
+    return content.digest([felt, seed, engine(), sources("dem_reference.packing", root=root)])
+
+
+def ensemble_key(case: Case | dict, ranks: int = 1, root: Path = ROOT) -> str:
+    """Name of the runs of a case that differ by their seeds only.
+
+    More than one rank takes another driver, and sums in another order. Whether contacts are kept changes no grain, but
+    the file.
+    """
+    made = sources("dem_reference.run", root=root)
+    return content.digest([inputs(case), case["output"]["contacts"], ranks, engine(), made])
+
+
+def ensemble_folder(case: Case, ranks: int = 1) -> Path:
+    """Where the runs of a case are kept, as <seed>.h5."""
+    return kept("ensembles", name_of(case.path), ensemble_key(case, ranks))
