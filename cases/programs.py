@@ -12,7 +12,9 @@ def program(name: str) -> Path:
 
 
 def kept(*words: str) -> Path:
-    """A folder of results that are kept for other runs: in $GRAINPAIR_RUNS, or in runs of this clone."""
+    """A folder of results that are kept for other runs: in $GRAINPAIR_RUNS, or in runs of this
+    clone.
+    """
     return Path(os.environ.get("GRAINPAIR_RUNS", ROOT / "runs")).resolve().joinpath(*words)
 
 

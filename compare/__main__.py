@@ -1,6 +1,6 @@
 """grainpair runs a granular scene as a continuum and grain by grain, and compares the two.
 
-Each command is a module of compare/commands: the first line of its docstring is its help,
+Each command is a module of compare/commands: the first paragraph of its docstring is its help,
 `arguments(parser)` declares its options, `run(options)` does it and returns the exit code;
 compare/targets.py says what it needs built.
 """
@@ -45,7 +45,7 @@ def parser_for(words: list[str]) -> argparse.ArgumentParser:
         doc = ast.get_docstring(ast.parse(file.read_text())) or ""
         command = commands.add_parser(
             file.stem,
-            help=doc.split("\n")[0],
+            help=" ".join(doc.split("\n\n")[0].split()),
             description=doc,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )

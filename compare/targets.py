@@ -1,4 +1,4 @@
-"""What a command line of grainpair needs built: prints ninja's targets, nothing where none is needed.
+"""What a command line of grainpair needs built: prints ninja's targets, or nothing.
 
 A command's file says it, as `TARGETS = ["…"]` or as a function `targets(words)`; where it says
 neither, it needs all the programs. Help, the version and words that are no command need nothing.

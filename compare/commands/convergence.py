@@ -1,7 +1,8 @@
-"""Do the numerics decide the result? Run-out, height and losses of the continuum on other cells, points and steps, with their scatter.
+"""Do the numerics decide the result? Run-out, height and losses of the continuum on other cells,
+points and steps, with their scatter.
 
-The settings stand in the table [convergence] of cases/<case>/study.toml. Every run is kept in runs/studies/points. Written to
---out: convergence.csv and convergence.png.
+The settings stand in the table [convergence] of cases/<case>/study.toml. Every run is kept in
+runs/studies/points. Written to --out: convergence.csv and convergence.png.
 """
 
 import sys
@@ -38,7 +39,8 @@ def run(options) -> int:
         out / "convergence.csv",
         provenance.head(
             provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
-            "figures: compare/study/figures.py; change: of the mean, relative to the group's base, with the half-width of its 90 % interval",
+            "figures: compare/study/figures.py; change: of the mean, relative to the group's base, "
+            "with the half-width of its 90 % interval",
         ),
         table,
     )

@@ -1,8 +1,9 @@
-"""Plane strain against the slab of [Ceccato2019], one cell thick between rollers: difference and cost, as a table.
+"""Plane strain against the slab of [Ceccato2019], one cell thick between rollers: difference and
+cost, as a table.
 
-Each row is one run of the continuum. The slab's points stand in pairs across its thickness, so that plane strain is its exact
-solution; what is left of a difference is numerical. --scatter gives the scale: plane strain again, from points displaced by 1e-10
-of their spacing.
+Each row is one run of the continuum. The slab's points stand in pairs across its thickness, so that
+plane strain is its exact solution; what is left of a difference is numerical. --scatter gives the
+scale: plane strain again, from points displaced by 1e-10 of their spacing.
 """
 
 import sys
@@ -56,9 +57,10 @@ def arguments(parser):
 def run(options) -> int:
     scene = case.load(find_case(options.case), options.overrides)
     sets = [*options.overrides, f"geometry.thickness={scene['mpm.cell_size']!r}"]
-    # The step's limit falls as 1/√(dimensions) where stiffness sets it; there the scaled fraction gives the slab the steps of plane strain.
+    # The step's limit falls as 1/√(dimensions) where stiffness sets it; there the scaled fraction
+    # gives the slab the steps of plane strain.
     equal = f"mpm.time_step_fraction={scene['mpm.time_step_fraction'] * np.sqrt(1.5)!r}"
-    plans = [
+    plans: list[tuple[str, int, list[str]]] = [
         ("plane strain", 1, []),
         ("slab", 1, ["geometry.dimension=three_dimensional"]),
         ("slab, step of plane strain", 1, ["geometry.dimension=three_dimensional", equal]),
@@ -118,7 +120,8 @@ def keep(table: pd.DataFrame, path: Path):
         provenance.head(
             origin,
             "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; "
-            "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: processor time over plane strain's",
+            "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; solver: "
+            "commit of mpm_run; cost: processor time over plane strain's",
         ),
         table,
     )

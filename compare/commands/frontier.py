@@ -1,8 +1,10 @@
-"""Speed against accuracy: every recipe of a case's study, against the grains' mean and against the law's fine-grid solution.
+"""Speed against accuracy: every recipe of a case's study, against the grains' mean and against the
+law's fine-grid solution.
 
-The recipes stand in the table [frontier] of cases/<case>/study.toml. Each is run once and kept in runs/studies/points, under
-a name that holds the case, the recipe and the program; a run that fails is a point too. Written to --out: points.csv,
-grains.json (the grains' mean and scatter), figures, and frontier.html, where each point tells its recipe and command.
+The recipes stand in the table [frontier] of cases/<case>/study.toml. Each is run once and kept in
+runs/studies/points, under a name that holds the case, the recipe and the program; a run that fails
+is a point too. Written to --out: points.csv, grains.json (the grains' mean and scatter), figures,
+and frontier.html, where each point tells its recipe and command.
 """
 
 import sys
@@ -28,8 +30,6 @@ def arguments(parser):
 
 
 def run(options) -> int:
-    from compare.study.charts import frontier as chart  # matplotlib takes its time to load
-
     scene = case.load(find_case(options.case))
     study = recipe.study(scene, "frontier")
     recipes, fine = (
@@ -60,27 +60,7 @@ def run(options) -> int:
     reference.write(grains, out / "grains.json")
     figures = []
     for name in [options.metric] if options.metric else WORDS:
-        words = frontier.sentences(points, grains, name)
-        figures.append(
-            (
-                f"Error from the grains: {WORDS[name]}",
-                words,
-                chart.draw(points, grains, name, out / f"frontier_{name}"),
-            )
-        )
-        print(
-            f"{WORDS[name]} (scatter of the seeds {frontier.band(grains, name):.1%})",
-            *words,
-            sep="\n  ",
-        )
-        if fine:
-            figures.append(
-                (
-                    f"Numerical error alone: {WORDS[name]}",
-                    [],
-                    chart.draw_numerical(points, name, out / f"numerical_{name}"),
-                )
-            )
+        figures += draw(points, grains, name, out, bool(fine))
     columns = [
         "key",
         "engine",
@@ -101,3 +81,18 @@ def run(options) -> int:
     )
     print(out / "frontier.html")
     return 0
+
+
+def draw(points, grains, name: str, out: Path, fine: bool) -> list[tuple[str, list[str], str]]:
+    """The figures of one error, with their titles and sentences; the sentences are also said."""
+    from compare.study.charts import frontier as chart  # matplotlib takes its time to load
+
+    words = frontier.sentences(points, grains, name)
+    drawn = chart.draw(points, grains, name, out / f"frontier_{name}")
+    figures = [(f"Error from the grains: {WORDS[name]}", words, drawn)]
+    band = frontier.band(grains, name)
+    print(f"{WORDS[name]} (scatter of the seeds {band:.1%})", *words, sep="\n  ")
+    if fine:
+        drawn = chart.draw_numerical(points, name, out / f"numerical_{name}")
+        figures.append((f"Numerical error alone: {WORDS[name]}", [], drawn))
+    return figures

@@ -1,7 +1,7 @@
 """Run a case with both engines, compare them, write the report.
 
-The results stand in one folder (--out, by default runs/<case>): mpm.h5, dem.h5, fields.h5, metrics.json,
-report.html, figures/.
+The results stand in one folder (--out, by default runs/<case>): mpm.h5, dem.h5, fields.h5,
+metrics.json, report.html, figures/.
 """
 
 import json
@@ -54,7 +54,8 @@ def arguments(parser):
         type=int,
         default=1,
         metavar="N",
-        help="an ensemble of N packings, through Snakemake; the verdicts then weigh its scatter (%(default)s)",
+        help="an ensemble of N packings, through Snakemake; the verdicts then weigh its scatter "
+        "(%(default)s)",
     )
     parser.add_argument("--threads", type=int, default=1, help="of the continuum (%(default)s)")
     parser.add_argument("--quiet", action="store_true", help="show no progress")
@@ -69,9 +70,11 @@ def find_case(name: str) -> Path:
 
 
 def grains(scene: case.Case, options, common: list, scratch: Path) -> tuple[Stage, list[Path]]:
-    """The stage that runs the grains, and the result files it makes: one, or one per seed of an ensemble.
+    """The stage that runs the grains, and the result files it makes: one, or one per seed of an
+    ensemble.
 
-    An ensemble's files are kept by what decides them, so that a stopped or enlarged one goes on where it was.
+    An ensemble's files are kept by what decides them, so that a stopped or enlarged one goes on
+    where it was.
     """
     if options.seeds == 1:
         result = scratch / "dem.h5"
@@ -95,8 +98,9 @@ def run(options) -> int:
     scene = case.load(find_case(options.case), options.overrides)
     if scene["geometry.dimension"] == "axisymmetric":
         raise CaseError(
-            f"{scene.path}: geometry.dimension: axisymmetric columns are not compared (fields over the radius have no "
-            "common grid with those over x) run either engine itself: mpm_run, python3 -m dem_reference.run"
+            f"{scene.path}: geometry.dimension: axisymmetric columns are not compared (fields over "
+            "the radius have no common grid with those over x) run either engine itself: mpm_run, "
+            "python3 -m dem_reference.run"
         )
     out = options.out or Path("runs") / name_of(scene.path)
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -156,6 +160,6 @@ def verdict(metrics: dict) -> str:
         )
         relative = entry["relative_difference"]
         difference = "-" if relative is None else f"{100 * relative:+.1f} %"
-        line = f"{words + ' [' + entry['unit'] + ']':<42}{mpm:>12}{dem:>12}{difference:>14}   {entry.get('verdict', '')}"
-        lines.append(line.rstrip())
+        line = f"{words + ' [' + entry['unit'] + ']':<42}{mpm:>12}{dem:>12}{difference:>14}"
+        lines.append(f"{line}   {entry.get('verdict', '')}".rstrip())
     return "\n".join(lines)

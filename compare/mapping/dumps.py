@@ -32,7 +32,9 @@ class Snapshot:
 
 
 def snapshots(path: Path) -> Iterator[Snapshot]:
-    """The snapshots of a text dump, one by one; raises CaseError with the line that cannot be read."""
+    """The snapshots of a text dump, one by one; raises CaseError with the line that cannot
+    be read.
+    """
     with open(path, errors="replace") as f:
         lines = enumerate(f, start=1)
 

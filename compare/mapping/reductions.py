@@ -79,7 +79,9 @@ def main_mass(run: Run, frame: int) -> np.ndarray:
 
 
 def crossing_time(t: np.ndarray, values: np.ndarray, target: float) -> float:
-    """First time the piecewise linear series reaches the target from below; NaN when it never does."""
+    """First time the piecewise linear series reaches the target from below; NaN when it
+    never does.
+    """
     reached = np.flatnonzero(values >= target)
     if not len(reached):
         return float("nan")
@@ -124,7 +126,9 @@ def dense_in_both(mpm: Run, dem: Run, i: int, k: int) -> np.ndarray:
 
 
 def temperature(run: Run, frame: int) -> np.ndarray:
-    """Granular temperature (ny, nx) [m2/s2]: the material points' own, or the grains' measured one."""
+    """Granular temperature (ny, nx) [m2/s2]: the material points' own, or the grains'
+    measured one.
+    """
     own = "granular_temperature_state"
     return run.fields[own if own in run.fields else "granular_temperature"][frame]
 

@@ -103,7 +103,9 @@ class Grid:
 
 @dataclass
 class Fields:
-    """Fields of one run: fields["density"] has shape (frames, ny, nx), tensors a trailing (3, 3)."""
+    """Fields of one run: fields["density"] has shape (frames, ny, nx), tensors a trailing
+    (3, 3).
+    """
 
     grid: Grid
     time: np.ndarray

@@ -46,7 +46,9 @@ class Figure:
 
 
 def draw(chart, c, folder: Path) -> Figure | None:
-    """Draws a chart for wide and narrow pages; the wide one also goes into `folder` as SVG and PNG."""
+    """Draws a chart for wide and narrow pages; the wide one also goes into `folder` as SVG
+    and PNG.
+    """
     images, sentence = {}, ""
     with plt.rc_context(STYLE):
         for narrow in (False, True):

@@ -5,7 +5,6 @@ import json
 import re
 
 import h5py
-import numpy as np
 import pandas as pd
 import pytest
 from synthetic import write_pair, write_run

@@ -1,7 +1,5 @@
 from typing import Any
 
-import numpy as np
-
 from compare.report.charts import COLOUR, LABEL, chart, panels
 
 
