@@ -107,7 +107,7 @@ def clang_tidy() -> str:
         return f"{', '.join(lost)}: not part of the build (see {program('compile_commands.json')})"
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         told = pool.map(lambda name: tidy(name, commands[name]), chosen)
-    findings = re.split(r"^(?=/\S+:\d+:\d+: (?:error|warning))", "\n".join(told), flags=re.M)
+    findings = re.split(r"^(?=/\S+:\d+:\d+: (?:error|warning))", "".join(told), flags=re.M)
     return "".join(dict.fromkeys(findings)).strip()  # a header's are told with every file
 
 
