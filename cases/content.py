@@ -1,9 +1,10 @@
 """Keys of what is kept: a result is found again by what decides it, never by a name.
 
-A key is a digest of the inputs declared for a result and of the sources that make it. So a commit of text keeps every
-result, and a changed source loses those that it decides. Sources are told by their place in the clone and their bytes.
+A key is a digest of the inputs declared for a result and of the sources that make it. So a commit
+of text keeps every result, and a changed source loses those that it decides. Sources are told by
+their place in the clone and their bytes.
 
-    python3 -m cases.content FILE    # writes the digest of the continuum's sources; the build calls it
+    python3 -m cases.content FILE    # the digest of the continuum's sources; the build calls it
 """
 
 import ast
@@ -33,7 +34,9 @@ NO_SOURCES = (".md", ".bib")  # files of text only
 
 
 def digest(value) -> str:
-    """Of tables, lists, numbers and words, in 16 hexadecimal digits; the order of a table's keys does not count."""
+    """Of tables, lists, numbers and words, in 16 hexadecimal digits; the order of a table's keys
+    does not count.
+    """
     text = json.dumps(value, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -50,7 +53,8 @@ def of_files(files: Iterable[Path], root: Path = ROOT) -> str:
 
 @cache
 def imported(*entries: str, root: Path = ROOT) -> frozenset[Path]:
-    """Files of the modules `entries` and of all that they import from this clone, imports inside functions included.
+    """Files of the modules `entries` and of all that they import from this clone, imports inside
+    functions included.
 
     A module that is imported by a name put together at run time is not seen: name it as an entry.
     """
@@ -65,7 +69,9 @@ def imported(*entries: str, root: Path = ROOT) -> frozenset[Path]:
 
 
 def files_of(module: str, root: Path) -> list[Path]:
-    """The files that importing `module` runs: its own and those of the packages around it; none outside the clone."""
+    """The files that importing `module` runs: its own and those of the packages around it; none
+    outside the clone.
+    """
     words = module.split(".")
     packages = [root.joinpath(*words[: i + 1], "__init__.py") for i in range(len(words))]
     return [
@@ -102,9 +108,11 @@ def continuum(root: Path = ROOT) -> list[Path]:
 
 
 def of_continuum(root: Path = ROOT) -> str:
-    """Digest of the sources of mpm_run: those it was built from, which the build records beside it, else those there are.
+    """Digest of the sources of mpm_run: those it was built from, which the build records beside it,
+    else those there are.
 
-    The record keeps a program that is older than a source from filling the place of the one that is not built yet.
+    The record keeps a program that is older than a source from filling the place of the one that is
+    not built yet.
     """
     record = program("mpm_run").with_name("mpm_run.sources")
     if root == ROOT and record.exists():

@@ -1,16 +1,22 @@
 """The writers of every file that is kept: it appears complete or not at all."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import pandas as pd
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A path beside `path`, of the same suffix, that takes its place once the block has ended well; makes the folder."""
+    """A path beside `path`, of the same suffix, that takes its place once the block has ended well;
+    makes the folder.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.stem}-{os.getpid()}.part{path.suffix}")
     try:
@@ -38,6 +44,8 @@ def write_table(
     float_format: str = "%.4g",
 ):
     """A table as CSV below comment lines, which say where it comes from (cases/provenance.py)."""
+    import pandas as pd  # takes its time to load, which most who write a file need not wait for
+
     write_atomically(
         path,
         "".join(f"# {line}\n" for line in head)

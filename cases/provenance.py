@@ -1,4 +1,6 @@
-"""Where data come from: commit, date and machine, for the head of every table and result that is kept."""
+"""Where data come from: commit, date and machine, for the head of every table and result that is
+kept.
+"""
 
 import datetime
 import platform
@@ -41,7 +43,9 @@ def machine() -> str:
 
 
 def about(command: str, **more: str) -> dict[str, str]:
-    """What a result says of itself: the command that makes it, the commit, the date and the machine."""
+    """What a result says of itself: the command that makes it, the commit, the date and the
+    machine.
+    """
     today = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d")
     return {"command": command, "commit": commit(), "date": today, "machine": machine()} | more
 

@@ -1,7 +1,9 @@
-"""Runs many jobs through Snakemake: what is there is kept, what is missing is made, some at a time or on a cluster.
+"""Runs many jobs through Snakemake: what is there is kept, what is missing is made, some at a time
+or on a cluster.
 
-A Snakefile finds its configuration in `config`; each job writes one file of the working folder, and its words of failure
-to logs/<job>.log there. Text of a case travels in the configuration's file alone: none reaches a shell.
+A Snakefile finds its configuration in `config`; each job writes one file of the working folder, and
+its words of failure to logs/<job>.log there. Text of a case travels in the configuration's file
+alone: none reaches a shell.
 """
 
 import fcntl
@@ -20,7 +22,9 @@ from cases.programs import ROOT, short
 
 @dataclass(frozen=True)
 class Where:
-    """Jobs run on `cores` of this machine, or where the Snakemake profile in the folder `profile` sends them."""
+    """Jobs run on `cores` of this machine, or where the Snakemake profile in the folder `profile`
+    sends them.
+    """
 
     cores: int = 1
     profile: Path | None = None
@@ -36,8 +40,9 @@ def run(
 ):
     """Makes what the Snakefile asks for in `folder`, where an interrupted call is taken up again.
 
-    The rules find `config` in the file config["file"], relative to the folder. A `dry` run only says which jobs there
-    are. `alone` waits until no other call works in the folder. Raises EngineError, with the words of a job that failed.
+    The rules find `config` in the file config["file"], relative to the folder. A `dry` run only
+    says which jobs there are. `alone` waits until no other call works in the folder. Raises
+    EngineError, with the words of a job that failed.
     """
     logs, began = folder / "logs", time.time()
     logs.mkdir(parents=True, exist_ok=True)

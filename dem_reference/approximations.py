@@ -1,20 +1,20 @@
-"""What softer and coarser grains cost in accuracy and save in time, from the tables of their ensembles.
+"""What softer and coarser grains cost in accuracy and save in time.
 
     python3 -m dem_reference.approximations [-o CHART.png]
+
+From the tables of their ensembles.
 """
 
 import argparse
 import sys
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
-from compare.report.charts import STYLE
+from cases.files import write_figure
+from cases.style import STYLE
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 SERIES = {  # label -> table, the first of each being what the others are measured against
@@ -37,10 +37,12 @@ MEASURES = {
 
 
 def deviations(tables: dict[str, pd.DataFrame]) -> pd.DataFrame:
-    """Of each table's mean from the first table's, and its standard error, both over the latter [%]; CPU seconds per run.
+    """Of each table's mean from the first table's, with its standard error.
 
-    A table of one seed borrows the next one's standard deviation, as the scatter of packings is all there is to go by. A run-out
-    is counted from the wall, so that the deviation is one of length.
+    Both over the latter [%]. And the CPU seconds per run.
+
+    A table of one seed borrows the next one's standard deviation, as the scatter of packings is all
+    there is to go by. A run-out is counted from the wall, so that the deviation is one of length.
     """
     rows, names = [], list(tables)
     for name in names:
@@ -130,7 +132,7 @@ def main() -> int:
             sep="\n",
         )
     if options.output:
-        draw(series).savefig(options.output, dpi=160)
+        write_figure(options.output, draw(series), dpi=160)
     return 0
 
 

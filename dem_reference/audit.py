@@ -1,9 +1,9 @@
-"""The energy balance of a run: what the grains hold, what their contacts have dissipated, and what remains unaccounted.
+"""The energy balance of a run: what grains hold, what contacts dissipated, what is unaccounted.
 
-Held energies are exact at any moment. Dissipation is sampled: the powers of all contacts, every few steps, count for the
-interval that ends there. Sampled at every step, the work done on each contact less the elastic energy it holds is taken
-instead, which is the dissipation exactly. The residual between the energy lost and the dissipation is reported, never
-folded into either.
+Held energies are exact at any moment. Dissipation is sampled: the powers of all contacts, every few
+steps, count for the interval that ends there. Sampled at every step, the work done on each contact
+less the elastic energy it holds is taken instead, which is the dissipation exactly. The residual
+between the energy lost and the dissipation is reported, never folded into either.
 """
 
 from collections import defaultdict
@@ -44,17 +44,20 @@ DOCS = {
 
 
 class Audit:
-    """Collects rows of the energy history; `begin` once, then `add` at every sample and `row` where one is due."""
+    """Collects rows of the energy history: `add` at every sample and `row` where one is due."""
 
-    def __init__(self, interval: float, every_step: bool, lifetimes: Lifetimes):
-        """interval: time between samples [s], one time step if `every_step`."""
+    def __init__(self, interval: float, every_step: bool, lifetimes: Lifetimes, start: Snapshot):
+        """interval: between samples [s], one time step if `every_step`; start: at the release."""
         self.interval, self.every_step, self.lifetimes = interval, every_step, lifetimes
-        self.rows = defaultdict(list)
-        self.enduring = []
+        self.rows: dict[str, list[float]] = defaultdict(list)
+        self.enduring: list[np.ndarray] = []
         self.intake = np.zeros(4)  # normal, tangential, base (of these two), wall [J]
-        self.initial = None
-        self.initially_held = np.zeros(4)
         self.force_error = 0.0
+        self.initial = self.held(start)
+        pairs, wall = self.contact_held(start)
+        self.initially_held = self.totals(start, pairs, wall)
+        self.lifetimes.begin(*self.ids(start), pairs)
+        self.row(start, 0.0)
 
     @staticmethod
     def ids(shot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
@@ -62,24 +65,17 @@ class Audit:
 
     @staticmethod
     def totals(shot: Snapshot, pairs: np.ndarray, wall: np.ndarray) -> np.ndarray:
-        """Normal, tangential, base and wall sum of values per contact, pairs (n, 2) and wall (m,)."""
+        """Normal, tangential, base and wall sum of values per contact: pairs (n, 2), wall (m,)."""
         glued = shot.atoms["type"] == TYPES["glued"]
         return np.array(
             [*pairs.sum(axis=0), pairs[glued[shot.i] | glued[shot.j]].sum(), wall.sum()]
         )
 
     def contact_held(self, shot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
-        """Elastic energy that has to be taken off the intake of the pairs (n, 2) and of the walls' contacts (m,) [J]."""
+        """Elastic energy to be taken off the intake: of pairs (n, 2), of walls (m,) [J]."""
         if self.every_step:
             return shot.elastic_parts, shot.wall.elastic
         return np.zeros((shot.i.size, 2)), np.zeros(shot.wall.grain.size)
-
-    def begin(self, shot: Snapshot) -> None:
-        self.initial = self.held(shot)
-        pairs, wall = self.contact_held(shot)
-        self.initially_held = self.totals(shot, pairs, wall)
-        self.lifetimes.begin(*self.ids(shot), pairs)
-        self.row(shot, 0.0)
 
     def add(self, shot: Snapshot) -> None:
         """One sample."""
@@ -129,7 +125,10 @@ class Audit:
 
 
 def without_split(rows: dict) -> dict:
-    """History of a run whose contacts were not sampled: all that was lost counts as dissipated, nothing is known apart."""
+    """History of a run whose contacts were not sampled.
+
+    All that was lost counts as dissipated, nothing is known apart.
+    """
     kept = {
         name: np.asarray(values)
         for name, values in rows.items()

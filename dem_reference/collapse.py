@@ -20,7 +20,10 @@ from .output import Result
 
 @dataclass(frozen=True)
 class Plan:
-    """Steps of a run: every interval a whole multiple of the shorter one, so that pieces of the run always end alike."""
+    """Steps of a run: every interval is a whole multiple of the shorter one.
+
+    So pieces of the run always end alike.
+    """
 
     dt: float  # [s]
     sample: int  # steps between samples of the contacts
@@ -46,7 +49,10 @@ class Plan:
 
 
 def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -> str:
-    """Commands from the settled packing to the instant of release, the gate gone or about to be lifted; may write to `work`."""
+    """Commands from the settled packing to the instant of release.
+
+    The gate is gone by then, or about to be lifted. May write to the folder `work`.
+    """
     commands = [
         scene.beginning(
             case, grains, f"read_restart {packing / 'packing.restart'}", grains.young_modulus
@@ -64,95 +70,94 @@ def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -
     return "\n".join(commands)
 
 
+class Column:
+    """The grains while they collapse: the engine, and what is looked at of it."""
+
+    def __init__(self, case: dict, packing: Path, log: Path):
+        """From the settled `packing`, a folder, to the instant of release."""
+        self.case, self.grains, self.plan = case, Grains.of(case), Plan.of(case)
+        geometry, walls = case["geometry"], case["walls"]
+        self.engine = Liggghts(log)
+        self.engine.commands(release(case, self.grains, self.plan, packing, log.parent))
+        self.count, self.walls = self.engine.count(), scene.planes(case, self.grains)
+        self.thickness = geometry["thickness"] if walls["front_back"] == "periodic" else None
+        self.largest_id = int(self.engine.atoms()["id"].max())
+        self.lifted = walls["gate"] == "lifted"
+        beyond = geometry["height"] + self.grains.diameter
+        self.gate_gone = beyond / walls["gate_speed"] if self.lifted else 0.0  # [s]
+
+    def look(self, now: float) -> Snapshot:
+        """All grains and contacts, `now` [s] after the release."""
+        gate = [scene.rising_gate(self.case, now)] if now < self.gate_gone else []
+        return Snapshot(
+            self.grains,
+            self.engine.atoms(),
+            self.engine.contacts(self.largest_id),
+            self.plan.dt,
+            self.case["geometry"]["gravity"],
+            self.thickness,
+            self.walls + gate,
+            scene.axisymmetric(self.case),
+        )
+
+    def drop_gate(self, now: float) -> None:
+        """Removes a gate that has been lifted beyond the column."""
+        if self.lifted and now >= self.gate_gone:
+            self.engine.commands(scene.REMOVE_LIFTED_GATE + "\nrun 0")
+            self.lifted = False
+
+    def refuse_losses(self, now: float) -> None:
+        lost = self.count - self.engine.count()
+        if lost:
+            raise EngineError(f"LIGGGHTS: lost {lost} of {self.count} grains by t = {now:.4g} s")
+
+
 def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dict, report) -> None:
     """Runs the collapse in this process and writes `target`.
 
-    Ends at rest (kinetic energy on the floor below time.rest_kinetic_energy of its peak, past the peak) or at time.maximum.
-    Grains that have rolled off the floor's end never stop, and the deposit does not wait for them.
+    Ends at rest (kinetic energy on the floor below time.rest_kinetic_energy of its peak, past the
+    peak) or at time.maximum. Grains that have rolled off the floor's end never stop, and the
+    deposit does not wait for them.
     """
     began = time.monotonic(), time.process_time()
-    grains, plan, geometry = Grains.of(case), Plan.of(case), case["geometry"]
-    engine = Liggghts(log)
-    engine.commands(release(case, grains, plan, packing, log.parent))
-    count, walls = engine.count(), scene.planes(case, grains)
-    thickness = geometry["thickness"] if case["walls"]["front_back"] == "periodic" else None
-    largest_id = int(engine.atoms()["id"].max())
-
-    lifted = case["walls"]["gate"] == "lifted"
-    gate_gone = (
-        (geometry["height"] + grains.diameter) / case["walls"]["gate_speed"] if lifted else 0.0
-    )
-
-    def look(now: float) -> Snapshot:
-        gate = [scene.rising_gate(case, now)] if now < gate_gone else []
-        return Snapshot(
-            grains,
-            engine.atoms(),
-            engine.contacts(largest_id),
-            plan.dt,
-            geometry["gravity"],
-            thickness,
-            walls + gate,
-            scene.axisymmetric(case),
-        )
-
-    sampled = case["dem"]["audit_interval"] > 0
+    column = Column(case, packing, log)
+    plan, sampled = column.plan, case["dem"]["audit_interval"] > 0
     lifetimes = Lifetimes(
         plan.sample * plan.dt,
-        grains.binary_contact_time(geometry["gravity"]),
+        column.grains.binary_contact_time(case["geometry"]["gravity"]),
         case["dem"]["lifetime_threshold"],
     )
-    audit = Audit(plan.sample * plan.dt, plan.sample == 1, lifetimes)
+    shot = column.look(0.0)
+    audit = Audit(plan.sample * plan.dt, plan.sample == 1, lifetimes, shot)
     result = Result(target, attributes)
-    shot = look(0.0)
-    audit.begin(shot)
     result.frame(0, 0.0, shot, case["output"]["contacts"])
     step, peak, reason = 0, 0.0, "maximum"
-    while step < plan.last:
-        engine.advance(plan.sample)
+    while step < plan.last and reason != "rest":
+        column.engine.advance(plan.sample)
         step += plan.sample
         now = step * plan.dt
-        shot = look(now)
+        shot = column.look(now)
         if sampled:
             audit.add(shot)
-        if lifted and now >= gate_gone:
-            engine.commands(scene.REMOVE_LIFTED_GATE + "\nrun 0")
-            lifted = False
+        column.drop_gate(now)
         if step % plan.row == 0:
-            if engine.count() != count:
-                raise EngineError(
-                    f"LIGGGHTS: lost {count - engine.count()} of {count} grains by t = {now:.4g} s"
-                )
+            column.refuse_losses(now)
             audit.row(shot, now)
             peak = max(peak, shot.kinetic)
             report(step / plan.last, f"collapse t = {now / plan.scale:.2f} sqrt(H/g)")
-            if (
-                now > plan.scale
-                and kinetic_on_floor(shot, case) < case["time"]["rest_kinetic_energy"] * peak
-            ):
+            quiet = case["time"]["rest_kinetic_energy"] * peak
+            if now > plan.scale and kinetic_on_floor(shot, case) < quiet:
                 reason = "rest"
         if step % plan.frame == 0 or reason == "rest" or step >= plan.last:
             result.frame(step, now, shot, case["output"]["contacts"])
-        if reason == "rest":
-            break
     lifetimes.finish()
     if sampled:
         result.history(audit.rows)
         result.lifetimes(audit)
     else:
         result.history(without_split(audit.rows))
-    finish(
-        result,
-        packing,
-        case,
-        shot,
-        plan,
-        reason,
-        step,
-        audit.force_error,
-        time.process_time() - began[1],
-        time.monotonic() - began[0],
-    )
+    cpu, wall = time.process_time() - began[1], time.monotonic() - began[0]
+    finish(result, packing, case, shot, plan, reason, step, audit.force_error, cpu, wall)
 
 
 def beyond_floor(shot: Snapshot, case: dict) -> np.ndarray:

@@ -1,8 +1,9 @@
-"""Two grains collide: the restitution realised against the one asked, and the energy balance, over speed and angle.
+"""Two grains collide: restitution realised against the one asked, and energy balance.
 
     python3 -m dem_reference.collision CASE [--set key=value]...
 
-Many pairs, far apart, collide in one run without gravity; each is audited at every step.
+Over speed and angle: many pairs, far apart, collide in one run without gravity; each is audited at
+every step.
 """
 
 import argparse
@@ -19,14 +20,10 @@ from . import scene
 from .contacts import Snapshot, dot
 from .engine import Liggghts
 from .grains import Grains
-from .process import run_engine
+from .process import Report, run_engine
 
-SPEEDS = (
-    0.01,
-    0.1,
-    0.5,
-    1.4,
-)  # relative, along the line of centres [m/s]; the last is sqrt(2 g H) of the seed's column
+# Relative, along the line of centres [m/s]; the last is sqrt(2 g H) of the seed's column.
+SPEEDS = (0.01, 0.1, 0.5, 1.4)
 ANGLES = (0.0, 30.0, 60.0)  # of the relative velocity to the line of centres [degrees]
 GAP = 2.0  # steps before they meet
 LANE = 5.0  # distance between pairs, in diameters
@@ -40,49 +37,31 @@ COLUMNS = (
     "power_residual",
     "steps",
 )
+BODIES = """\
+set type 1 density {density} diameter {diameter}
+group mobile type 1
+fix motion mobile nve/sphere
+compute pairs all pair/gran/local id history delta
+compute id_sum all reduce sum c_pairs[1]
+timestep {dt:.17g}
+thermo 1000000
+run 0
+"""
 
 
-def collide(case: dict, grains: Grains, dt: float, folder: Path, report) -> None:
-    """Runs every pair in this process and writes the table `pairs.npy` (pairs, COLUMNS) to `folder`.
+def collide(case: dict, grains: Grains, dt: float, log: Path, report: Report) -> np.ndarray:
+    """Runs every pair in this process; returns (pairs, COLUMNS).
 
-    restitution = -u_n'/u_n, each along its own line of centres; tangential_restitution = slip after / slip before (1 without slip: 0/0 is given as 1); loss,
-    work_residual (work on the contact against kinetic energy lost) and power_residual (dissipated power likewise) are
-    relative to the kinetic energy of the relative motion.
+    restitution = -u_n'/u_n, each along its own line of centres; tangential_restitution = slip after
+    / slip before (1 without slip: 0/0 is given as 1); loss, work_residual (work on the contact
+    against kinetic energy lost) and power_residual (dissipated power likewise) are relative to the
+    kinetic energy of the relative motion.
     """
-    d = grains.diameter
     speed, angle = (a.ravel() for a in np.meshgrid(SPEEDS, np.radians(ANGLES), indexing="ij"))
-    lanes = np.arange(speed.size)
-    place = np.column_stack(
-        [(lanes % 4 + 1) * LANE * d, (lanes // 4 + 1) * LANE * d, 0 * lanes + LANE * d]
-    )
-    half = np.column_stack([d / 2 + GAP * speed * dt / 2, 0 * speed, 0 * speed])
-    engine = Liggghts(folder / "log")
-    free = case | {"walls": case["walls"] | {"front_back": "smooth"}}
-    size = LANE * d * (5 + lanes.size // 4)
-    engine.commands(
-        scene.beginning(
-            free,
-            grains,
-            f"region domain block 0 {size} 0 {size} 0 {size} units box\ncreate_box 5 domain",
-            grains.young_modulus,
-        )
-    )
-    engine.commands(scene.material(free, grains, grains.young_modulus, grains.friction))
-    for centre in np.vstack([place - half, place + half]):
-        engine.command(
-            "create_atoms 1 single " + " ".join(f"{x:.17g}" for x in centre) + " units box"
-        )
-    engine.commands(
-        f"set type 1 density {grains.density} diameter {d}\ngroup mobile type 1\nfix motion mobile nve/sphere\n"
-        "compute pairs all pair/gran/local id history delta\ncompute id_sum all reduce sum c_pairs[1]\n"
-        f"timestep {dt:.17g}\nthermo 1000000\nrun 0"
-    )
-    ids = engine.atoms()["id"] - 1
-    v = np.column_stack([speed, speed * np.tan(angle), 0 * speed]) / 2
-    engine.set_velocities(np.vstack([v, -v])[ids])
-    engine.command("run 0")
-
     pairs, mass, inertia = speed.size, grains.mass, grains.inertia
+    v = np.column_stack([speed, speed * np.tan(angle), 0 * speed]) / 2
+    engine = place(case, grains, dt, speed, v, log)
+
     work, power, steps, normal_after, slip_after = (np.zeros(pairs) for _ in range(5))
     touched = np.zeros(pairs, dtype=bool)
     longest = 3 * grains.contact_time(min(SPEEDS)) + 2 * GAP * dt
@@ -96,14 +75,7 @@ def collide(case: dict, grains: Grains, dt: float, folder: Path, report) -> None
         steps[pair] += 1
         order = np.argsort(atoms["id"])
         x, u, spin = (atoms[name][order].reshape(2, pairs, 3) for name in ("x", "v", "omega"))
-        normal = (x[0] - x[1]) / np.linalg.norm(x[0] - x[1], axis=1)[:, None]
-        along = dot(u[0] - u[1], normal)
-        slip = (
-            u[0]
-            - u[1]
-            - along[:, None] * normal
-            - np.cross(grains.radius * (spin[0] + spin[1]), normal)
-        )
+        along, slip = relative_motion(grains, x, u, spin)
         touching = np.zeros(pairs, dtype=bool)
         touching[pair] = True
         parted = touched & ~touching
@@ -119,7 +91,7 @@ def collide(case: dict, grains: Grains, dt: float, folder: Path, report) -> None
     )
     slip_before = 2 * v[:, 1]
     oblique = slip_before > 0
-    table = np.column_stack(
+    return np.column_stack(
         [
             speed,
             np.degrees(angle),
@@ -131,20 +103,55 @@ def collide(case: dict, grains: Grains, dt: float, folder: Path, report) -> None
             steps,
         ]
     )
-    np.save(folder / "pairs.npy", table)
+
+
+def place(
+    case: dict, grains: Grains, dt: float, speed: np.ndarray, v: np.ndarray, log: Path
+) -> Liggghts:
+    """Every pair about to meet at `speed`, (pairs,): the first grains at `v`, the others at -v."""
+    d = grains.diameter
+    lanes = np.arange(speed.size)
+    centre = np.column_stack(
+        [(lanes % 4 + 1) * LANE * d, (lanes // 4 + 1) * LANE * d, 0 * lanes + LANE * d]
+    )
+    half = np.column_stack([d / 2 + GAP * speed * dt / 2, 0 * speed, 0 * speed])
+    free = case | {"walls": case["walls"] | {"front_back": "smooth"}}
+    size = LANE * d * (5 + lanes.size // 4)
+    box = f"region domain block 0 {size} 0 {size} 0 {size} units box\ncreate_box 5 domain"
+    engine = Liggghts(log)
+    engine.commands(scene.beginning(free, grains, box, grains.young_modulus))
+    engine.commands(scene.material(free, grains, grains.young_modulus, grains.friction))
+    engine.create(np.vstack([centre - half, centre + half]))
+    engine.commands(BODIES.format(density=grains.density, diameter=d, dt=dt))
+    ids = engine.atoms()["id"] - 1
+    engine.vectors("v")[:] = np.vstack([v, -v])[ids]
+    engine.command("run 0")
+    return engine
+
+
+def relative_motion(
+    grains: Grains, x: np.ndarray, u: np.ndarray, spin: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Relative velocity of each pair along its line of centres, (pairs,), and slip, (pairs, 3).
+
+    Of positions, velocities and spins, (2, pairs, 3).
+    """
+    normal = (x[0] - x[1]) / np.linalg.norm(x[0] - x[1], axis=1)[:, None]
+    along = dot(u[0] - u[1], normal)
+    rolling = np.cross(grains.radius * (spin[0] + spin[1]), normal)
+    return along, u[0] - u[1] - along[:, None] * normal - rolling
 
 
 def table(case: dict, young_modulus: float, fraction: float) -> np.ndarray:
-    """The collisions of a case's grains at a stiffness [Pa] and a fraction of the Rayleigh time, (pairs, COLUMNS)."""
+    """The collisions of a case's grains, (pairs, COLUMNS).
+
+    At a stiffness [Pa] and a fraction of the Rayleigh time.
+    """
     grains = Grains.of(case, young_modulus)
+    dt = fraction * grains.rayleigh_time()
     with tempfile.TemporaryDirectory() as folder:
-        run_engine(
-            collide,
-            (case, grains, fraction * grains.rayleigh_time(), Path(folder)),
-            Path(folder) / "log",
-            lambda done, text: None,
-        )
-        return np.load(Path(folder) / "pairs.npy")
+        log = Path(folder) / "log"
+        return run_engine(collide, case, grains, dt, log, log=log).result
 
 
 def main() -> int:

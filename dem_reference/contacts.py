@@ -1,17 +1,21 @@
-"""Every contact force of a moment, rebuilt from the grains' state: the engine reports forces, but no energies.
+"""Every contact force of a moment, rebuilt from the grains' state.
 
-LIGGGHTS evaluates a force with the positions of time t and the velocities of t - dt/2. Rebuilt with those
-half-step velocities, the sum of contact forces on each grain agrees with the engine's own to round-off
-(`Snapshot.force_error`), which is what makes the energies below trustworthy.
+The engine reports forces, but no energies.
 
-Energies and powers of one contact [symbols in grains.py]; u is the relative velocity at time t, v the one at t - dt/2:
+LIGGGHTS evaluates a force with the positions of time t and the velocities of t - dt/2. Rebuilt with
+those half-step velocities, the sum of contact forces on each grain agrees with the engine's own to
+round-off (`Snapshot.force_error`), which is what makes the energies below trustworthy.
+
+Energies and powers of one contact [symbols in grains.py]; u is the relative velocity at time t, v
+the one at t - dt/2:
     U_n = 8/15 Y* sqrt(R*) delta^(5/2)          U_t = 1/2 k_t |s|^2
     P_n = gamma_n v_n u_n                         P_t = -F_t . u_t - dU_t/dt
-The work of a force over one step is F . u dt exactly, since u is the mean of the velocities before and after it; with v
-in its place the dissipation came out 4 % too large. With dU_t/dt written out, P_t = gamma_t v_t . u_t - 1/2 dk_t/dt |s|^2
-while sticking, and -F_t . u_t - d/dt[(mu F_n)^2 / (2 k_t)] while sliding. The second terms matter: k_t follows the
-overlap, so U_t is no true potential, and what it gains or loses without work must be booked for the balance to close.
-All of them are smooth in time and can therefore be sampled.
+The work of a force over one step is F . u dt exactly, since u is the mean of the velocities before
+and after it; with v in its place the dissipation came out 4 % too large. With dU_t/dt written out,
+P_t = gamma_t v_t . u_t - 1/2 dk_t/dt |s|^2 while sticking, and
+-F_t . u_t - d/dt[(mu F_n)^2 / (2 k_t)] while sliding. The second terms matter: k_t follows the
+overlap, so U_t is no true potential, and what it gains or loses without work must be booked for the
+balance to close. All of them are smooth in time and can therefore be sampled.
 """
 
 from dataclasses import dataclass
@@ -22,8 +26,8 @@ import numpy as np
 from .grains import Grains
 from .scene import TYPES, Plane
 
-# The engine has cut the spring at this step where k_t |s| = mu |F_n| to round-off. That of F_n is its two terms', and theirs
-# the overlap's, a small difference of coordinates.
+# The engine has cut the spring at this step where k_t |s| = mu |F_n| to round-off. That of F_n is
+# its two terms', and theirs the overlap's, a small difference of coordinates.
 SLIDING_TOLERANCE, ROUND_OFF = 1e-8, 1e-15
 
 
@@ -35,18 +39,17 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 class Snapshot:
     """State of all grains at one time and their contacts, as the engine holds them.
 
-    atoms: see Liggghts.atoms; rows: see Liggghts.contacts; thickness: periodic length along z [m] or None.
-    planes: the walls that stand at this time; radial: whether means depend on the distance from the y axis, not on x.
+    atoms: see Liggghts.atoms; rows: see Liggghts.contacts.
     """
 
     grains: Grains
     atoms: dict
     rows: np.ndarray
-    dt: float
-    gravity: float
-    thickness: float | None
-    planes: list[Plane]
-    radial: bool = False
+    dt: float  # [s]
+    gravity: float  # [m/s2]
+    thickness: float | None  # periodic length along z [m]
+    planes: list[Plane]  # the walls that stand at this time
+    radial: bool = False  # whether means depend on the distance from the y axis, not on x
 
     def __post_init__(self):
         g, a = self.grains, self.atoms
@@ -112,7 +115,7 @@ class Snapshot:
         self.force = f_n[:, None] * n + f_t  # on the first grain, from the second
 
     def _relative(self, velocity: np.ndarray, spin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Relative velocity of the pairs along the normal (n,) and slip velocity at the contact point (n, 3)."""
+        """Relative velocity of the pairs along the normal, (n,), and their slip, (n, 3)."""
         v = velocity[self.i] - velocity[self.j]
         v_n = dot(v, self.normal)
         return v_n, v - v_n[:, None] * self.normal - np.cross(
@@ -140,7 +143,8 @@ class Snapshot:
         """P_t of each contact [W]."""
         rate = -self.u_n / (2 * self.overlap)  # (dk_t/dt) / k_t, with d(delta)/dt = -u_n
         stuck = self.gamma_t * dot(self.v_t, self.u_t) - rate * self.elastic_tangential
-        # d/dt [(mu F_n)^2 / (2 k_t)] with dF_n/dt = -S_n u_n - gamma_n du_n/dt - (rate/2) gamma_n v_n
+        # d/dt [(mu F_n)^2 / (2 k_t)] with
+        # dF_n/dt = -S_n u_n - gamma_n du_n/dt - (rate/2) gamma_n v_n
         a = np.where(self.mobile[:, None], self.atoms["f"] / self.grains.mass, 0.0)
         du_n = dot(a[self.i] - a[self.j], self.normal) + dot(self.u_t, self.u_t) / self.distance
         df_n = -self.s_n * self.u_n - self.gamma_n * du_n - rate / 2 * self.gamma_n * self.v_n
@@ -160,7 +164,7 @@ class Snapshot:
 
     @cached_property
     def work_rate_parts(self) -> np.ndarray:
-        """-F_n u_n and -F_t . u_t of each contact (n, 2) [W]: what it takes from the motion of its grains."""
+        """-F_n u_n and -F_t . u_t of each contact (n, 2) [W]: taken from its grains' motion."""
         return np.column_stack([-self.f_n * self.u_n, -dot(self.f_t, self.u_t)])
 
     @cached_property
@@ -179,7 +183,10 @@ class Snapshot:
 
     @cached_property
     def force_error(self) -> float:
-        """Largest difference between the engine's force on a moving grain and the rebuilt one [N]; corners of Coulomb walls aside."""
+        """Largest difference between the engine's force on a moving grain and the rebuilt one [N].
+
+        Corners of Coulomb walls aside.
+        """
         rebuilt = self.pair_force + np.array([0, -self.grains.mass * self.gravity, 0])
         np.add.at(rebuilt, self.wall.grain, self.wall.force)
         known = self.mobile.copy()
@@ -210,11 +217,14 @@ class Snapshot:
 
 
 class WallContacts:
-    """Contacts with walls: R* = r, m* = m, and the wall is a half-plane whose lower edge may be touched from below.
+    """Contacts with walls: R* = r, m* = m.
 
-    The friction of a Coulomb wall is what the engine's force leaves over after grain contacts, gravity and the walls' normal
-    forces; of two Coulomb walls touched at once the first takes it. Of a rising gate only the edge does work on the grains;
-    that work is not tallied, and shows as unaccounted energy.
+    The wall is a half-plane whose lower edge may be touched from below.
+
+    The friction of a Coulomb wall is what the engine's force leaves over after grain contacts,
+    gravity and the walls' normal forces; of two Coulomb walls touched at once the first takes it.
+    Of a rising gate only the edge does work on the grains; that work is not tallied, and shows as
+    unaccounted energy.
     """
 
     def __init__(self, shot: Snapshot):
@@ -245,7 +255,11 @@ class WallContacts:
 
     @staticmethod
     def _touching(shot: Snapshot, plane: Plane) -> tuple:
-        """Grains that touch a wall: index, code, normal into the grain (n, 3), overlap, the wall's speed along the normal, roughness."""
+        """Grains that touch a wall.
+
+        Index, code, normal into the grain (n, 3), overlap, the wall's speed along the normal,
+        roughness.
+        """
         radius, x = shot.grains.radius, shot.atoms["x"]
         gap = np.zeros_like(x)  # from the nearest point of the wall to the centre
         gap[:, plane.axis] = x[:, plane.axis] - plane.position

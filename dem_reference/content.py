@@ -1,4 +1,6 @@
-"""What decides the grains: of the case, of the sources, of the engine; and the keys of what is kept of them."""
+"""What decides the grains: of the case, of the sources, of the engine; and the keys of what is kept
+of them.
+"""
 
 import subprocess
 from functools import cache
@@ -14,7 +16,8 @@ AUDIT = ("dem.audit_interval", "dem.lifetime_threshold")
 
 
 def inputs(case: Case | dict) -> dict:
-    """The keys of a case, such as "grains.friction", that decide a run of the grains, with their values.
+    """The keys of a case, such as "grains.friction", that decide a run of the grains, with their
+    values.
 
     Of geometry.dimension the grains know only whether the column is a cylinder.
     """
@@ -69,8 +72,8 @@ def packing_key(case: Case | dict, seed: int, root: Path = ROOT) -> str:
 def ensemble_key(case: Case | dict, ranks: int = 1, root: Path = ROOT) -> str:
     """Name of the runs of a case that differ by their seeds only.
 
-    More than one rank takes another driver, and sums in another order. Whether contacts are kept changes no grain, but
-    the file.
+    More than one rank takes another driver, and sums in another order. Whether contacts are kept
+    changes no grain, but the file.
     """
     made = sources("dem_reference.run", root=root)
     return content.digest([inputs(case), case["output"]["contacts"], ranks, engine(), made])

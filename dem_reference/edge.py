@@ -1,4 +1,4 @@
-"""Run-out by the edge of the deposit, as published run-outs have it: single grains ahead of it do not count.
+"""Run-out by the edge of the deposit, as published: single grains ahead of it do not count.
 
     python3 -m dem_reference.edge DEM.h5... [-o TABLE.csv]
 """
@@ -34,10 +34,12 @@ KEPT = (
 
 
 def edge(distance: np.ndarray, diameter: float, *, width: float | None = None) -> float:
-    """Where the deposit ends [m]: near side of the first strip, one diameter wide, with less than SHARE of a close-packed monolayer.
+    """Where the deposit ends [m].
 
-    Followed outwards, so that a few grains that came to rest together far ahead do not count. distance: of the grains (n,)
-    [m], from the wall of a slab of `width` [m], or from the axis of a quarter of a cylinder when there is none.
+    Near side of the first strip, one diameter wide, with less than SHARE of a close-packed
+    monolayer. Followed outwards, so that a few grains that came to rest together far ahead do not
+    count. distance: of the grains (n,) [m], from the wall of a slab of `width` [m], or from the
+    axis of a quarter of a cylinder when there is none.
     """
     count = np.bincount((distance / diameter).astype(int))
     k = np.arange(count.size)
@@ -50,7 +52,7 @@ def edge(distance: np.ndarray, diameter: float, *, width: float | None = None) -
 
 
 def row(path: Path) -> dict[str, float]:
-    """Aspect ratio, run-out by the edge of the deposit [L0], and what summary.py says of the run."""
+    """Aspect ratio, run-out by the edge of the deposit [L0], and what summary.py says."""
     with h5py.File(path) as file:
         geometry = parse(file.attrs["case_resolved"]).values["geometry"]
         cloud = file[f"data/{file.attrs['steps']}/particles/cloud"]
@@ -82,7 +84,8 @@ def main() -> int:
             table,
             options.output,
             " ".join(["python3 -m dem_reference.edge", *sys.argv[1:]]),
-            "run-outs in L0 (R0): edge of the deposit, 99.5 % and 99 % of mass; other units as in an ensemble's table",
+            "run-outs in L0 (R0): edge of the deposit, 99.5 % and 99 % of mass; other units as in "
+            "an ensemble's table",
         )
     print(table.to_string(index=False, float_format=lambda value: f"{value:.4g}"))
     return 0

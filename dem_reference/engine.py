@@ -1,4 +1,8 @@
-"""LIGGGHTS as a library: commands in, arrays out. One instance per process, which LIGGGHTS ends on any input error."""
+"""LIGGGHTS as a library: commands in, arrays out.
+
+One instance per process, in a child process (see process.py): LIGGGHTS ends its process on any
+input error.
+"""
 
 import ctypes
 from pathlib import Path
@@ -6,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from cases.errors import EngineError
-
 
 LIBRARY = "libliggghts.so.3"
 CONTACT_COLUMNS = 7  # of `compute pairs`, see scripts/bodies.in
@@ -16,22 +19,25 @@ def load_library() -> ctypes.CDLL:
     """The shared library of Debian's liggghts package; EngineError when it is not installed."""
     try:
         ctypes.CDLL("libmpi.so.40", mode=ctypes.RTLD_GLOBAL)
-        return ctypes.CDLL(LIBRARY, mode=ctypes.RTLD_GLOBAL)
+        library = ctypes.CDLL(LIBRARY, mode=ctypes.RTLD_GLOBAL)
     except OSError as error:
         raise EngineError(
             f"LIGGGHTS: {LIBRARY} cannot be loaded ({error}) install the packages liggghts and "
             "libopenmpi3"
         ) from None
+    library.lammps_extract_atom.restype = ctypes.c_void_p
+    library.lammps_extract_compute.restype = ctypes.c_void_p
+    library.lammps_extract_global.restype = ctypes.POINTER(ctypes.c_double)
+    return library
 
 
 class Liggghts:
-    """One LIGGGHTS simulation in this process."""
+    """One LIGGGHTS simulation in this process; `log` is the file of its own words."""
 
     def __init__(self, log: Path):
         self.library = load_library()
-        self.library.lammps_extract_atom.restype = ctypes.c_void_p
-        self.library.lammps_extract_compute.restype = ctypes.c_void_p
-        # The screen may not be `none`: insert/pack writes to it without asking. The log carries the errors.
+        # The screen may not be `none`: insert/pack writes to it without asking. The log carries
+        # the errors.
         words = [b"liggghts", b"-screen", b"/dev/null", b"-log", str(log).encode()]
         self._instance = ctypes.c_void_p()
         self.library.lammps_open_no_mpi(
@@ -48,8 +54,13 @@ class Liggghts:
             if line:
                 self.command(line)
 
+    def create(self, centres: np.ndarray, kind: int = 1) -> None:
+        """Puts grains of type `kind` at `centres`, (n, 3) [m]."""
+        for x, y, z in centres:
+            self.command(f"create_atoms {kind} single {x:.17g} {y:.17g} {z:.17g} units box")
+
     def advance(self, steps: int) -> None:
-        """Further steps without a new set-up, so that how a run is cut into pieces does not change it."""
+        """Further steps without a new set-up: how a run is cut into pieces does not change it."""
         self.command(f"run {steps} pre no post no")
 
     def close(self) -> None:
@@ -64,53 +75,58 @@ class Liggghts:
 
         x, v, f, omega, torque: (n, 3) [m, m/s, N, 1/s, N m]; id, type: (n,) integers.
         """
+        out = {name: self.vectors(name).copy() for name in ("x", "v", "f", "omega", "torque")}
         n = self.count()
-        out = {name: self._vectors(name, n) for name in ("x", "v", "f", "omega", "torque")}
         for name in ("id", "type"):
             pointer = self.library.lammps_extract_atom(self._instance, name.encode())
             out[name] = np.ctypeslib.as_array((ctypes.c_int * n).from_address(pointer)).copy()
         return out
 
-    def set_velocities(self, v: np.ndarray) -> None:
-        """Overwrites the velocities (n, 3) [m/s], in the engine's order."""
-        self._view("v", len(v))[:] = v
+    def vectors(self, name: str) -> np.ndarray:
+        """The engine's own x, v, f, omega or torque of every grain, (n, 3), to read or to set.
 
-    def _vectors(self, name: str, n: int) -> np.ndarray:
-        return self._view(name, n).copy()
-
-    def _view(self, name: str, n: int) -> np.ndarray:
-        pointer = self.library.lammps_extract_atom(self._instance, name.encode())
-        first_row = ctypes.c_void_p.from_address(pointer).value
-        return np.ctypeslib.as_array((ctypes.c_double * (3 * n)).from_address(first_row)).reshape(
-            n, 3
-        )
+        A view in the engine's order, valid until the next command.
+        """
+        address = self.library.lammps_extract_atom(self._instance, name.encode())
+        return _table(address, self.count(), 3)
 
     def scalar(self, compute: str) -> float:
-        """Value of a global compute."""
+        """Value of a global compute at this instant."""
         pointer = self.library.lammps_extract_compute(self._instance, compute.encode(), 0, 0)
         return ctypes.c_double.from_address(pointer).value
 
-    def contacts(self, largest_id: int) -> np.ndarray:
-        """Rows of every grain-grain contact, (n, 7): first id, second id, periodic flag, spring s (3), overlap.
+    def per_atom(self, compute: str, columns: int) -> np.ndarray:
+        """A per-atom compute at this instant, (n, columns): a view, as `vectors`."""
+        address = self.library.lammps_extract_compute(self._instance, compute.encode(), 1, 2)
+        return _table(address, self.count(), columns)
 
-        The library does not tell n. Ids are positive integers, so their running sum meets the engine's own sum at row n
-        and nowhere else; reading ceil(rest / largest id) rows at a time never reads beyond it.
+    def extent(self, name: str) -> float:
+        """A coordinate of the simulation box, such as boxxhi [m]."""
+        return self.library.lammps_extract_global(self._instance, name.encode())[0]
+
+    def contacts(self, largest_id: int) -> np.ndarray:
+        """Every grain-grain contact, (n, 7): first and second id, periodic flag, spring s (3) and
+        overlap.
+
+        The library does not tell n. Ids are positive integers, so their running sum meets the
+        engine's own sum at row n and nowhere else; reading ceil(rest / largest id) rows at a time
+        never reads beyond it.
         """
         total = self.scalar("id_sum")
+        rows = np.empty((0, CONTACT_COLUMNS))
         if total == 0:
-            return np.empty((0, CONTACT_COLUMNS))
-        pointer = self.library.lammps_extract_compute(self._instance, b"pairs", 2, 2)
-        first_row = ctypes.c_void_p.from_address(pointer).value
+            return rows
+        address = self.library.lammps_extract_compute(self._instance, b"pairs", 2, 2)
         n, found = 0, 0.0
         while found < total:
             more = int(-(-(total - found) // largest_id))
-            rows = self._rows(first_row, n + more)
+            rows = _table(address, n + more, CONTACT_COLUMNS)
             found += rows[n:, 0].sum()
             n += more
         return rows.copy()
 
-    @staticmethod
-    def _rows(address: int, n: int) -> np.ndarray:
-        return np.ctypeslib.as_array(
-            (ctypes.c_double * (CONTACT_COLUMNS * n)).from_address(address)
-        ).reshape(n, -1)
+
+def _table(address: int, rows: int, columns: int) -> np.ndarray:
+    """The engine's double**, whose rows lie one behind the other, as an array on its memory."""
+    first_row = ctypes.cast(address, ctypes.POINTER(ctypes.POINTER(ctypes.c_double)))[0]
+    return np.ctypeslib.as_array(first_row, shape=(rows, columns))

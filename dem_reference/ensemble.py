@@ -1,12 +1,13 @@
 """Many seeds of one case: their scatter is the noise floor of every comparison.
 
-    python3 -m dem_reference.ensemble CASE [--seeds N] [--first N] [--set key=value]... [--jobs N] [--ranks N]
-        [--profile DIR] [--name NAME] [--table FILE] [--dry-run]
+    python3 -m dem_reference.ensemble CASE [--seeds N] [--first N] [--set key=value]... [--jobs N]
+        [--ranks N] [--profile DIR] [--name NAME] [--table FILE] [--dry-run]
 
-Snakemake runs the seeds, two at a time unless told otherwise, takes up again where it was stopped, and on a cluster
-hands each seed to the scheduler (`--profile dem_reference/slurm`). Runs are kept in runs/ensembles/<case>/<key>, where
-the key is of what decides the grains (dem_reference/content.py): asked again, by whatever name, they are there, and of
-another friction they are others. The table goes to cases/<case>/reference/<name>.csv unless told otherwise.
+Snakemake runs the seeds, two at a time unless told otherwise, takes up again where it was stopped,
+and on a cluster hands each seed to the scheduler (`--profile dem_reference/slurm`). Runs are kept
+in runs/ensembles/<case>/<key>, where the key is of what decides the grains
+(dem_reference/content.py): asked again, by whatever name, they are there, and of another friction
+they are others. The table goes to cases/<case>/reference/<name>.csv unless told otherwise.
 """
 
 import argparse
@@ -63,7 +64,9 @@ def scatter(target: Path) -> str:
 def make(
     case: Case, sets: list[str], seeds: range, where: workflow.Where, *, ranks=1, dry=False
 ) -> list[Path]:
-    """Runs the seeds that are missing; returns the file of each. `sets` are the assignments that `case` was loaded with."""
+    """Runs the seeds that are missing; returns the file of each. `sets` are the assignments that
+    `case` was loaded with.
+    """
     folder = content.ensemble_folder(case, ranks)
     path = case.path.parent if case.path.name == "case.toml" else case.path
     config = {"case": str(short(path)), "set": sets, "ranks": ranks, "seeds": list(seeds)}

@@ -11,8 +11,9 @@ FEWEST = 8  # grains a cell needs; the fit of an affine field through fewer leav
 def fluctuation_energy(shot: Snapshot) -> float:
     """1/2 sum m |v - (a + B (x, y))|^2 about the least-squares affine velocity of each cell [J].
 
-    A fit of three constants per component leaves n - 3 of n degrees of freedom, so each cell's sum is scaled by
-    n / (n - 3). Grains of cells with fewer than FEWEST grains are left out: a lone grain has no coarse motion to differ from.
+    A fit of three constants per component leaves n - 3 of n degrees of freedom, so each cell's sum
+    is scaled by n / (n - 3). Grains of cells with fewer than FEWEST grains are left out: a lone
+    grain has no coarse motion to differ from.
     """
     g = shot.grains
     x, v = shot.atoms["x"][shot.mobile], shot.atoms["v"][shot.mobile]
@@ -39,7 +40,10 @@ def fluctuation_energy(shot: Snapshot) -> float:
 
 
 def cylindrical(x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Positions (n, 3) as distance from the y axis, y and azimuth; velocities (n, 3) as v_r, v_y, v_theta."""
+    """Positions, (n, 3), as distance from the y axis, y and azimuth.
+
+    Velocities, (n, 3), as v_r, v_y, v_theta.
+    """
     r, theta = np.hypot(x[:, 0], x[:, 2]), np.arctan2(x[:, 2], x[:, 0])
     c, s = np.cos(theta), np.sin(theta)
     return (

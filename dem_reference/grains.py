@@ -1,11 +1,15 @@
-"""Grains and their contacts as numbers: what LIGGGHTS' `hertz tangential history` computes with, and its time scales.
+"""Grains and their contacts as numbers.
 
-Contact law of one pair (Hertz-Mindlin with the damping of Tsuji et al. 1992, as LIGGGHTS 3.8 has it), with overlap
-delta, normal n from second to first, v_n = relative velocity along n, v_t the slip velocity, s the tangential spring:
+What LIGGGHTS' `hertz tangential history` computes with, and its time scales. Contact law of one
+pair (Hertz-Mindlin with the damping of Tsuji et al. 1992, as LIGGGHTS 3.8 has it), with overlap
+delta, normal n from second to first, v_n = relative velocity along n, v_t the slip velocity, s the
+tangential spring:
 
-    F_n = 4/3 Y* sqrt(R*) delta^(3/2) - gamma_n v_n,        gamma_n = -2 sqrt(5/6) beta sqrt(S_n m*),  S_n = 2 Y* sqrt(R* delta)
-    F_t = -k_t s - gamma_t v_t  while |k_t s| <= mu |F_n|,  gamma_t = -2 sqrt(5/6) beta sqrt(S_t m*),  S_t = k_t = 8 G* sqrt(R* delta)
+    F_n = 4/3 Y* sqrt(R*) delta^(3/2) - gamma_n v_n
+    F_t = -k_t s - gamma_t v_t  while |k_t s| <= mu |F_n|
     F_t = -mu |F_n| s/|s|       otherwise (s shortened to mu |F_n| / k_t)
+    gamma_n = -2 sqrt(5/6) beta sqrt(S_n m*),  S_n = 2 Y* sqrt(R* delta)
+    gamma_t = -2 sqrt(5/6) beta sqrt(S_t m*),  S_t = k_t = 8 G* sqrt(R* delta)
     beta = ln e / sqrt(ln^2 e + pi^2)
 """
 
@@ -14,9 +18,9 @@ from math import log, pi, sqrt
 
 from cases.errors import CaseError
 
-
-# Fewest steps that a head-on collision at sqrt(2 g H), the fastest there is, must last. The restitution realised is then
-# within 1 % of the one asked for, in slower collisions better (test_dem_collision.py measures it).
+# Fewest steps that a head-on collision at sqrt(2 g H), the fastest there is, must last. The
+# restitution realised is then within 1 % of the one asked for, in slower collisions better
+# (test_dem_collision.py measures it).
 LEAST_STEPS_PER_CONTACT = 10
 # Above this fraction of the Rayleigh time LIGGGHTS' own check (fix check/timestep/gran) warns.
 LARGEST_RAYLEIGH_FRACTION = 0.25
@@ -37,7 +41,10 @@ class Grains:
 
     @classmethod
     def of(cls, case: dict, young_modulus: float | None = None) -> "Grains":
-        """The grains of a resolved case: softened by dem.young_modulus, coarsened by dem.coarsening."""
+        """The grains of a scene: softened by dem.young_modulus, coarsened by dem.coarsening.
+
+        `case` holds the tables of a resolved case; `young_modulus` [Pa] goes before its own.
+        """
         g, dem = case["grains"], case["dem"]
         return cls(
             diameter=g["diameter"] * dem["coarsening"],
@@ -54,10 +61,12 @@ class Grains:
 
     @property
     def volume(self) -> float:
+        """Of one grain [m3]."""
         return pi / 6 * self.diameter**3
 
     @property
     def mass(self) -> float:
+        """Of one grain [kg]."""
         return self.density * self.volume
 
     @property
@@ -81,7 +90,10 @@ class Grains:
         return -2 * sqrt(5 / 6) * ln_e / sqrt(ln_e**2 + pi**2)
 
     def rayleigh_time(self) -> float:
-        """Time a Rayleigh wave takes over half a grain's circumference [s]: pi r sqrt(rho/G) / (0.1631 nu + 0.8766)."""
+        """Time a Rayleigh wave takes over half a grain's circumference [s].
+
+        pi r sqrt(rho/G) / (0.1631 nu + 0.8766).
+        """
         shear_modulus = self.young_modulus / (2 * (1 + self.poisson_ratio))
         return (
             pi
@@ -91,17 +103,27 @@ class Grains:
         )
 
     def contact_time(self, speed: float) -> float:
-        """Duration of an undamped head-on Hertz collision at relative `speed` [s]: 2.87 (m*^2 / (R* Y*^2 v))^(1/5)."""
+        """Duration of an undamped head-on Hertz collision at relative `speed` [m/s], in s:
+
+        2.87 (m*^2 / (R* Y*^2 v))^(1/5).
+        """
         m, r = self.mass / 2, self.radius / 2
         return 2.87 * (m**2 / (r * self.contact_modulus**2 * speed)) ** 0.2
 
     def binary_contact_time(self, gravity: float) -> float:
-        """Unit in which contact lifetimes are counted [s]: the Hertz time at the speed sqrt(g d)."""
+        """Unit in which contact lifetimes are counted [s]: Hertz time at the speed sqrt(g d)."""
         return self.contact_time(sqrt(gravity * self.diameter))
+
+    def strain_rate(self, inertial_number: float, pressure: float) -> float:
+        """Strain rate of an inertial number under `pressure` [Pa]: I sqrt(p/rho_s)/d [1/s]."""
+        return inertial_number * sqrt(pressure / self.density) / self.diameter
 
 
 def time_step(grains: Grains, fraction: float, height: float, gravity: float) -> float:
-    """Time step [s] = fraction of the Rayleigh time, refused when a contact would not be resolved."""
+    """Time step [s] = fraction of the Rayleigh time.
+
+    CaseError when it would not resolve a contact after a fall from `height` [m].
+    """
     dt = fraction * grains.rayleigh_time()
     speed = sqrt(2 * gravity * height)
     if fraction > LARGEST_RAYLEIGH_FRACTION:
@@ -112,8 +134,8 @@ def time_step(grains: Grains, fraction: float, height: float, gravity: float) ->
     steps = grains.contact_time(speed) / dt
     if steps < LEAST_STEPS_PER_CONTACT:
         raise CaseError(
-            f"dem.time_step_fraction: a grain that falls from H = {height:g} m hits for {steps:.1f} steps only "
-            f"(at least {LEAST_STEPS_PER_CONTACT} resolve the contact) use at most "
-            f"{0.99 * fraction * steps / LEAST_STEPS_PER_CONTACT:.3g}"
+            f"dem.time_step_fraction: a grain that falls from H = {height:g} m hits for "
+            f"{steps:.1f} steps only (at least {LEAST_STEPS_PER_CONTACT} resolve the contact) "
+            f"use at most {0.99 * fraction * steps / LEAST_STEPS_PER_CONTACT:.3g}"
         )
     return dt

@@ -1,7 +1,10 @@
-"""A settled packing as fields on cells of about 2.5 grain diameters: what a continuum needs to start from the same state.
+"""A settled packing as fields on cells of about 2.5 grain diameters.
 
-Cells cut the spheres exactly, and a contact's force times branch is shared among cells along the branch, the part inside the
-base left out; so mass is conserved to round-off, the stress carries the weight above, and walls blur nothing.
+What a continuum needs to start from the same state.
+
+Cells cut the spheres exactly, and a contact's force times branch is shared among cells along the
+branch, the part inside the base left out; so mass is conserved to round-off, the stress carries the
+weight above, and walls blur nothing.
 """
 
 import numpy as np
@@ -22,7 +25,10 @@ def edges(extent: float, diameter: float) -> np.ndarray:
 def box_stress(
     shot: Snapshot, lower: np.ndarray, upper: np.ndarray, thickness: float
 ) -> np.ndarray:
-    """Contact stress 1/V sum f (x) b of a box of x and y, or x, y and z (3, 3) [Pa], compression positive, by contact point."""
+    """Contact stress 1/V sum f (x) b of a box of x and y, or x, y and z, (3, 3) [Pa].
+
+    Compression positive; a contact counts where its point lies.
+    """
     point, axes = shot.atoms["x"][shot.i] - shot.branch / 2, len(lower)
     inside = np.all((point[:, :axes] > lower) & (point[:, :axes] < upper), axis=1)
     volume = np.prod(upper - lower) * (thickness if axes == 2 else 1.0)
@@ -32,8 +38,9 @@ def box_stress(
 def fields(shot: Snapshot, length: float, height: float, thickness: float) -> dict[str, np.ndarray]:
     """Mass [kg], void ratio and stress [Pa] of the column's cells.
 
-    Returns x and y (cell faces, nx+1 and ny+1), mass and void_ratio (nx, ny), and stress_xx ... stress_zx (nx, ny).
-    Grains outside the column's outline, such as the halves that stand above its top, count for the nearest cell.
+    Returns x and y (cell faces, nx+1 and ny+1), mass and void_ratio (nx, ny), and stress_xx ...
+    stress_zx (nx, ny). Grains outside the column's outline, such as the halves that stand above its
+    top, count for the nearest cell.
     """
     g = shot.grains
     x_faces, y_faces = edges(length, g.diameter), edges(height, g.diameter)

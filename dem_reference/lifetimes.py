@@ -1,14 +1,18 @@
-"""Dissipation split by how long a contact lasts: a collision is a short contact of two grains, friction within the bed an
-enduring one. Sampled every few steps, a contact seen in k successive samples has lasted k sampling intervals, give or
-take one; its dissipation so far counts as short until its age passes the threshold.
+"""Dissipation split by how long a contact lasts.
 
-A contact's account takes in either its sampled dissipation, or, sampled at every step, the work done on it; what it holds
-as elastic energy then has to be taken off (`held`), all of which is back when the contact ends.
+A collision is a short contact of two grains, friction within the bed an enduring one. Sampled every
+few steps, a contact seen in k successive samples has lasted k sampling intervals, give or take one;
+its dissipation so far counts as short until its age passes the threshold.
+
+A contact's account takes in either its sampled dissipation, or, sampled at every step, the work
+done on it; what it holds as elastic energy then has to be taken off (`held`), all of which is back
+when the contact ends.
 """
 
 import numpy as np
 
-# Lifetimes [binary contact times] at which the final split is kept, so that its dependence on the threshold is seen.
+# Lifetimes [binary contact times] at which the final split is kept, so that its dependence on the
+# threshold is seen.
 EDGES = np.array([0.5, 1, 1.5, 2, 3, 4, 6, 8, 10, 15, 20, 30, 50, 100])
 # Thresholds, as multiples of the case's own, whose split is kept over time.
 MULTIPLES = np.array([0.5, 1.0, 2.0, 4.0])
@@ -47,7 +51,10 @@ class Lifetimes:
     def add(
         self, first: np.ndarray, second: np.ndarray, intake: np.ndarray, held: np.ndarray
     ) -> None:
-        """One sample: ids of the pairs in contact (n,), what each took in during the interval and holds (n, 2) [J]."""
+        """One sample: ids of the pairs in contact, (n,), and their energies, (n, 2) [J].
+
+        intake: what each took in during the interval; held: what of its account it holds.
+        """
         key = self._keys(first, second)
         order = np.argsort(key)
         key, account = key[order], intake[order]
@@ -84,4 +91,5 @@ class Lifetimes:
     def finish(self) -> None:
         """The contacts still standing at the end go to the class of their age."""
         self._book(self._age, self._account - self._held)
-        self.begin(*np.empty((2, 0), dtype=np.int64), np.empty((0, 2)))
+        nobody = np.empty(0, dtype=np.int64)
+        self.begin(nobody, nobody, np.empty((0, 2)))

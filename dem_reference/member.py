@@ -1,4 +1,5 @@
-"""One seed of an ensemble: python3 -m dem_reference.member CONFIG SEED, in the ensemble's folder; writes SEED.h5 there.
+"""One seed of an ensemble: python3 -m dem_reference.member CONFIG SEED, in the ensemble's folder;
+writes SEED.h5 there.
 
 CONFIG holds the case, its assignments and the ranks (dem_reference/ensemble.py).
 """

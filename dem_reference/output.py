@@ -1,7 +1,10 @@
-"""dem.h5: openPMD layout of CONTRIBUTING.md, written frame by frame beside its target and renamed when complete.
+"""dem.h5: openPMD layout of CONTRIBUTING.md, written frame by frame.
 
-Size: positions are stored as doubles (an overlap is 1e-3 of a grain and must survive), velocities and spins as floats,
-ids, mass, radius and volume compress to almost nothing; about 50 bytes per grain and frame, and about 45 per contact.
+Beside its target, and renamed when complete.
+
+Size: positions are stored as doubles (an overlap is 1e-3 of a grain and must survive), velocities
+and spins as floats, ids, mass, radius and volume compress to almost nothing; about 50 bytes per
+grain and frame, and about 45 per contact.
 """
 
 import datetime
@@ -136,13 +139,15 @@ class Result:
         group.attrs.update(
             unit_time=lifetimes.unit,
             interval=lifetimes.interval,
-            doc="lifetimes in binary contact times (unit_time [s]), resolved to the sampling interval [s]",
+            doc="lifetimes in binary contact times (unit_time [s]), resolved to the sampling "
+            "interval [s]",
         )
         columns = {
             "edges": (
                 EDGES,
                 "-",
-                "faces of the lifetime classes; the first is below the first face, the last above the last",
+                "faces of the lifetime classes; the first is below the first face, the last above "
+                "the last",
             ),
             "dissipated_normal": (
                 lifetimes.heat_by_lifetime[:, 0],

@@ -1,17 +1,21 @@
-"""The settled column: grains poured onto the base behind the closed gate until the bulk void ratio is the one asked for.
+"""The settled column: grains poured behind the closed gate to the void ratio that is asked for.
 
 Protocol of one attempt, the same for every case:
  1. grains placed at random without overlap, solid fraction 0.26, 4 % more than the column holds;
- 2. they fall and settle under gravity, soft (dem.packing_young_modulus), with a pouring friction mu_p and a viscous
-    drag that limits their speed, until the mean kinetic energy of a grain is below 1e-4 m g d;
- 3. friction and Young modulus are set to the run's. Where the run's grains are the stiffer, those poured were larger by what
-    the weight of the column squeezes them, and take their own size now: their overlaps open and the bed comes to rest again
-    by a fraction of a grain. (Raising the stiffness at constant overlap locks lateral stress in: K0 near 1.)
- 4. grains whose centres lie above H are removed, so that the number kept is what a homogeneous column of height H holds;
+ 2. they fall onto the base and settle under gravity, soft (dem.packing_young_modulus), with a
+    pouring friction mu_p and a viscous drag that limits their speed, until the mean kinetic energy
+    of a grain is below 1e-4 m g d;
+ 3. friction and Young modulus are set to the run's. Where the run's grains are the stiffer, those
+    poured were larger by what the weight of the column squeezes them, and take their own size now:
+    their overlaps open and the bed comes to rest again by a fraction of a grain. (Raising the
+    stiffness at constant overlap locks lateral stress in: K0 near 1.)
+ 4. grains whose centres lie above H are removed, so that the number kept is what a homogeneous
+    column of height H holds;
  5. the drag is removed and the packing rests, until the mean kinetic energy is below 1e-5 m g d.
-Search: the void ratio of 5 is measured 2.5 d away from base, walls and surface (void_ratio.py) and mu_p moved by the difference
-until it lies within dem.void_ratio_tolerance of initial.void_ratio; at mu_p = 2 friction has nothing left to give and the
-drag is raised instead. The nearest attempt is kept. A seed fixes every random number, so a packing can be made again.
+Search: the void ratio of 5 is measured 2.5 d away from base, walls and surface (void_ratio.py) and
+mu_p moved by the difference until it lies within dem.void_ratio_tolerance of initial.void_ratio; at
+mu_p = 2 friction has nothing left to give and the drag is raised instead. The nearest attempt is
+kept. A seed fixes every random number, so a packing can be made again.
 """
 
 import os
@@ -32,7 +36,7 @@ from .content import packing_key
 from .engine import Liggghts
 from .grains import Grains, time_step
 from .initial_state import box_stress, fields
-from .process import run_engine
+from .process import Report, run_engine
 from .void_ratio import bulk_box, quarter_bulk_box, void_ratio
 
 POUR_SURPLUS = 1.04
@@ -40,15 +44,13 @@ SETTLED, AT_REST = 1e-4, 1e-5  # mean kinetic energy of a grain [m g d]
 REFERENCE_DRAG = 4e-4  # [kg/s] of packing_damping = 1 for the reference grain
 REFERENCE_DIAMETER, REFERENCE_MASS = 2e-3, 2532 * np.pi / 6 * 2e-3**3
 FRICTION_RANGE = (0.0, 2.0)
-SLOPE, LONGEST_STEP = (
-    0.05,
-    0.4,
-)  # d(void ratio)/d(mu_p), measured on columns of 25 d; limit of one move of mu_p
+SLOPE = 0.05  # d(void ratio)/d(mu_p), measured on columns of 25 d
+LONGEST_STEP = 0.4  # limit of one move of mu_p
 PIECE = 500  # steps between looks at the kinetic energy
 
 
 def drag(case: dict, grains: Grains, factor: float) -> float:
-    """Drag coefficient [kg/s] for which a falling grain reaches the same multiple of sqrt(g d) whatever its size."""
+    """Drag coefficient [kg/s] with which grains of any size fall at one multiple of sqrt(g d)."""
     time_ratio = sqrt(REFERENCE_DIAMETER / grains.diameter * case["geometry"]["gravity"] / 9.81)
     return factor * REFERENCE_DRAG * grains.mass / REFERENCE_MASS * time_ratio
 
@@ -61,7 +63,8 @@ def nominal_count(case: dict, grains: Grains) -> float:
 def squeeze(case: dict, grains: Grains) -> float:
     """Overlap over diameter of softer `grains` under the weight of the whole column.
 
-    A contact of a packing under pressure p carries about f = p d^2, with which Hertz gives (f / (4/3 Y* sqrt(R*)))^(2/3).
+    A contact of a packing under pressure p carries about f = p d^2, with which Hertz gives
+    (f / (4/3 Y* sqrt(R*)))^(2/3).
     """
     geometry = case["geometry"]
     pressure = (
@@ -76,83 +79,106 @@ def squeeze(case: dict, grains: Grains) -> float:
 
 def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path, report) -> None:
     """One attempt, in this process; leaves packing.restart and packing.h5 in `folder`."""
-    grains, geometry = Grains.of(case), case["geometry"]
-    height, gravity = geometry["height"], geometry["gravity"]
-    soft = min(case["dem"]["packing_young_modulus"], grains.young_modulus)
-    fraction = case["dem"]["time_step_fraction"]
-    count = round(POUR_SURPLUS * nominal_count(case, grains))
-    engine = Liggghts(folder / "log")
-
-    def rest(
-        level: float, longest: float, dt: float, kept: int, text: str, span: tuple[float, float]
-    ) -> None:
-        unit = kept * grains.mass * gravity * grains.diameter
-        pieces = int(longest / dt / PIECE) + 1
-        for piece in range(pieces):
-            engine.advance(PIECE)
-            if engine.scalar("kinetic") < level * unit and piece >= 3:
-                return
-            report(span[0] + (span[1] - span[0]) * piece / pieces, text)
-        raise EngineError(
-            f"packing: still moving after {longest:.3g} s of {text} (mean kinetic energy "
-            f"{engine.scalar('kinetic') / unit:.1e} m g d) raise dem.packing_damping"
-        )
-
-    softer = Grains.of(case, soft)
-    swelling = 1 + (squeeze(case, softer) if soft < grains.young_modulus else 0.0)
-    pour, top = scene.pouring(
-        case, replace(softer, diameter=swelling * grains.diameter), count, seed
-    )
-    dt = fraction * softer.rayleigh_time()
-    engine.commands(
-        scene.beginning(case, grains, scene.new_box(case, grains, top + grains.diameter), soft)
-    )
-    engine.commands(scene.material(case, grains, soft, friction))
-    engine.commands(scene.glued_atoms(case, grains, seed))
-    engine.commands(scene.bodies(case, grains) + "\n" + scene.gate(case) + "\n" + pour)
-    engine.commands(f"thermo {PIECE}\ntimestep {dt:.17g}\nrun 1\nunfix pouring")
-    poured = int((engine.atoms()["type"] == scene.TYPES["grain"]).sum())
-    if poured < count:
-        raise EngineError(
-            f"packing: {poured} grains inserted of {count} asked (column too narrow for random insertion)"
-        )
-    fall = sqrt(2 * top / gravity)
-    terminal = grains.mass * gravity / max(drag(case, grains, damping), 1e-300)
-    longest = 4 * (fall + top / terminal)
-    engine.commands(f"fix drag mobile viscous {drag(case, grains, damping):.17g}\nrun 0")
-    rest(SETTLED, longest, dt, poured, "settling", (0.0, 0.8))
-
-    dt = fraction * grains.rayleigh_time()
-    engine.commands(
-        f"set group mobile density {grains.density} diameter {grains.diameter:.17g}\ntimestep {dt:.17g}"
-    )
-    engine.commands(scene.material(case, grains, grains.young_modulus, grains.friction))
-    engine.commands(f"fix drag mobile viscous {drag(case, grains, 1.0):.17g}\nrun 0")
-    rest(SETTLED, longest, dt, poured, "resting", (0.8, 0.95))
-    engine.commands(
-        f"region surplus block INF INF {height:.17g} INF INF INF units box\ndelete_atoms region surplus compress no"
-    )
-    kept = int((engine.atoms()["type"] == scene.TYPES["grain"]).sum())
-    engine.commands("unfix drag\nrun 0")
-    rest(AT_REST, longest, dt, kept, "resting", (0.95, 1.0))
-    if engine.count() != kept + int((engine.atoms()["type"] == scene.TYPES["glued"]).sum()):
-        raise EngineError("packing: LIGGGHTS lost grains")
-
+    attempt = Attempt(case, Liggghts(folder / "log"), report)
+    attempt.pour(seed, friction, damping)
+    attempt.stiffen()
+    attempt.cut()
+    engine = attempt.engine
     atoms = engine.atoms()
     shot = Snapshot(
-        grains,
+        attempt.grains,
         atoms,
         engine.contacts(atoms["id"].max()),
-        dt,
-        gravity,
-        geometry["thickness"] if case["walls"]["front_back"] == "periodic" else None,
-        scene.planes(case, grains) + scene.closed_gate(case),
+        attempt.dt,
+        case["geometry"]["gravity"],
+        case["geometry"]["thickness"] if case["walls"]["front_back"] == "periodic" else None,
+        scene.planes(case, attempt.grains) + scene.closed_gate(case),
     )
     engine.command(f"write_restart {folder / 'packing.restart'}")
     with h5py.File(folder / "packing.h5", "w") as file:
         describe(file, case, shot)
         file.attrs.update(
             seed=seed, packing_friction=friction, packing_damping=damping, protocol=__doc__.strip()
+        )
+
+
+class Attempt:
+    """The steps of the protocol, on a running engine; its methods are called in their order."""
+
+    def __init__(self, case: dict, engine: Liggghts, report: Report):
+        self.case, self.engine, self.report, self.grains = case, engine, report, Grains.of(case)
+        self.dt = 0.0  # time step of the last phase [s]
+        self.longest = 0.0  # any phase may take [s]
+        self.poured = 0  # grains
+
+    def pour(self, seed: int, friction: float, damping: float) -> None:
+        """1 and 2."""
+        case, grains, engine = self.case, self.grains, self.engine
+        gravity = case["geometry"]["gravity"]
+        count = round(POUR_SURPLUS * nominal_count(case, grains))
+        soft = min(case["dem"]["packing_young_modulus"], grains.young_modulus)
+        softer = Grains.of(case, soft)
+        swelling = 1 + (squeeze(case, softer) if soft < grains.young_modulus else 0.0)
+        swollen = replace(softer, diameter=swelling * grains.diameter)
+        pour, top = scene.pouring(case, swollen, count, seed)
+        self.dt = case["dem"]["time_step_fraction"] * softer.rayleigh_time()
+        box = scene.new_box(case, grains, top + grains.diameter)
+        engine.commands(scene.beginning(case, grains, box, soft))
+        engine.commands(scene.material(case, grains, soft, friction))
+        engine.commands(scene.glued_atoms(case, grains, seed))
+        engine.commands(scene.bodies(case, grains) + "\n" + scene.gate(case) + "\n" + pour)
+        engine.commands(f"thermo {PIECE}\ntimestep {self.dt:.17g}\nrun 1\nunfix pouring")
+        self.poured = self.of_type("grain")
+        if self.poured < count:
+            raise EngineError(
+                f"packing: {self.poured} grains inserted of {count} asked (column too narrow for "
+                "random insertion)"
+            )
+        fall = sqrt(2 * top / gravity)
+        terminal = grains.mass * gravity / max(drag(case, grains, damping), 1e-300)
+        self.longest = 4 * (fall + top / terminal)
+        engine.commands(f"fix drag mobile viscous {drag(case, grains, damping):.17g}\nrun 0")
+        self.rest(SETTLED, self.poured, "settling", (0.0, 0.8))
+
+    def stiffen(self) -> None:
+        """3."""
+        case, grains, engine = self.case, self.grains, self.engine
+        self.dt = case["dem"]["time_step_fraction"] * grains.rayleigh_time()
+        engine.command(f"set group mobile density {grains.density} diameter {grains.diameter:.17g}")
+        engine.command(f"timestep {self.dt:.17g}")
+        engine.commands(scene.material(case, grains, grains.young_modulus, grains.friction))
+        engine.commands(f"fix drag mobile viscous {drag(case, grains, 1.0):.17g}\nrun 0")
+        self.rest(SETTLED, self.poured, "resting", (0.8, 0.95))
+
+    def cut(self) -> None:
+        """4 and 5."""
+        height, engine = self.case["geometry"]["height"], self.engine
+        engine.command(f"region surplus block INF INF {height:.17g} INF INF INF units box")
+        engine.command("delete_atoms region surplus compress no")
+        kept = self.of_type("grain")
+        engine.commands("unfix drag\nrun 0")
+        self.rest(AT_REST, kept, "resting", (0.95, 1.0))
+        if engine.count() != kept + self.of_type("glued"):
+            raise EngineError("packing: LIGGGHTS lost grains")
+
+    def of_type(self, name: str) -> int:
+        return int((self.engine.atoms()["type"] == scene.TYPES[name]).sum())
+
+    def rest(self, level: float, grains: int, text: str, span: tuple[float, float]) -> None:
+        """Goes on until the mean kinetic energy of `grains` is below `level` [m g d].
+
+        `span`: of the whole work, what this phase takes its report from and to.
+        """
+        unit = grains * self.grains.mass * self.case["geometry"]["gravity"] * self.grains.diameter
+        pieces = int(self.longest / self.dt / PIECE) + 1
+        for piece in range(pieces):
+            self.engine.advance(PIECE)
+            if self.engine.scalar("kinetic") < level * unit and piece >= 3:
+                return
+            self.report(span[0] + (span[1] - span[0]) * piece / pieces, text)
+        raise EngineError(
+            f"packing: still moving after {self.longest:.3g} s of {text} (mean kinetic energy "
+            f"{self.engine.scalar('kinetic') / unit:.1e} m g d) raise dem.packing_damping"
         )
 
 
@@ -196,7 +222,10 @@ def describe(file: h5py.File, case: dict, shot: Snapshot) -> None:
 
 
 def next_try(friction: float, damping: float, found: float, asked: float) -> tuple[float, float]:
-    """Friction and damping of the next attempt, from those of the last one and the void ratio it reached."""
+    """Friction and damping of the next attempt.
+
+    From those of the last one and the void ratio it reached.
+    """
     if found < asked and friction == FRICTION_RANGE[1]:
         return friction, max(1.5 * damping, 0.1)
     step = np.clip((asked - found) / SLOPE, -LONGEST_STEP, LONGEST_STEP)
@@ -204,7 +233,10 @@ def next_try(friction: float, damping: float, found: float, asked: float) -> tup
 
 
 def obtain(case: dict, seed: int, store: Path, report) -> Path:
-    """Folder of the case's packing (packing.restart, packing.h5) in `store`, made unless it is there already."""
+    """Folder of the case's packing (packing.restart, packing.h5) in `store`.
+
+    Made unless it is there already.
+    """
     time_step(
         Grains.of(case),
         case["dem"]["time_step_fraction"],
@@ -228,8 +260,15 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
                 (k + done) / (k + 1), f"packing {k + 1}: {text}"
             )
             cpu += run_engine(
-                prepare, (dict_of(case), seed, friction, damping, folder), folder / "log", share
-            )
+                prepare,
+                dict_of(case),
+                seed,
+                friction,
+                damping,
+                folder,
+                log=folder / "log",
+                report=share,
+            ).cpu_seconds
             with h5py.File(folder / "packing.h5") as file:
                 found = float(file.attrs["void_ratio"])
             tried.append((friction, damping, found))

@@ -1,41 +1,42 @@
-"""Runs a piece of engine work in a process of its own: LIGGGHTS ends its process on any error, and holds one run only."""
+"""Runs a piece of engine work in a process of its own.
+
+LIGGGHTS ends its process on any error, and holds one simulation only.
+"""
 
 import multiprocessing
 import os
 import resource
 import sys
 from collections.abc import Callable
+from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from cases.errors import CaseError, EngineError
 
+Report = Callable[[float, str], None]  # takes the fraction done and a few words
 
-def _child(pipe, work: Callable, arguments: tuple, errors: Path) -> None:
-    handle = os.open(errors, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-    os.dup2(handle, 1)  # MPI's and the engine's own words
-    os.dup2(handle, 2)
-    try:
-        work(*arguments, lambda done, text: pipe.send(("progress", done, text)))
-        usage = resource.getrusage(resource.RUSAGE_SELF)
-        pipe.send(("done", usage.ru_utime + usage.ru_stime))
-    except (CaseError, EngineError) as error:
-        pipe.send(("failed", type(error), str(error)))
-    pipe.close()
-    sys.stdout.flush()
-    os._exit(0)  # without MPI's farewell
+
+class Done(NamedTuple):
+    """What a piece of work returned, and what it cost."""
+
+    result: Any
+    cpu_seconds: float
 
 
 def run_engine(
-    work: Callable, arguments: tuple, log: Path, report: Callable[[float, str], None]
-) -> float:
-    """Calls work(*arguments, report) in a child process; returns its CPU seconds.
+    work: Callable, *arguments, log: Path, report: Report = lambda done, text: None
+) -> Done:
+    """Calls work(*arguments, report) in a child process that may use the engine.
 
-    Raises what the child raised; EngineError with the last error line of `log` when the engine took the child down.
+    `work` is a function of a module, and what it takes and returns can be pickled. Raises what the
+    child raised of CaseError and EngineError; EngineError with the engine's own last words, from
+    `log` or its screen, when it took the child down.
     """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
-    errors = log.with_name("errors")
-    child = context.Process(target=_child, args=(theirs, work, arguments, errors))
+    screen = log.with_name("errors")
+    child = context.Process(target=_child, args=(theirs, work, arguments, screen))
     child.start()
     theirs.close()
     outcome = None
@@ -53,18 +54,36 @@ def run_engine(
         raise
     finally:
         child.join()
-    if outcome and outcome[0] == "done":
-        return outcome[1][0]
-    if outcome:
-        kind, text = outcome[1]
-        raise kind(text)
-    raise EngineError(f"LIGGGHTS: stopped with code {child.exitcode} ({last_error(log, errors)})")
+    if outcome is None:
+        raise EngineError(
+            f"LIGGGHTS: stopped with code {child.exitcode} ({last_error(log, screen)})"
+        )
+    kind, rest = outcome
+    if kind == "done":
+        return Done(*rest)
+    error, text = rest
+    raise error(text)
 
 
-def last_error(log: Path, errors: Path) -> str:
-    """The engine's own last words: the last line that says ERROR, else the last line of what was written to the screen."""
-    lines = []
-    for path in (errors, log):
+def _child(pipe: Connection, work: Callable, arguments: tuple, screen: Path) -> None:
+    handle = os.open(screen, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(handle, 1)  # MPI's and the engine's own words
+    os.dup2(handle, 2)
+    try:
+        result = work(*arguments, lambda done, text: pipe.send(("progress", done, text)))
+        usage = resource.getrusage(resource.RUSAGE_SELF)
+        pipe.send(("done", result, usage.ru_utime + usage.ru_stime))
+    except (CaseError, EngineError) as error:
+        pipe.send(("failed", type(error), str(error)))
+    pipe.close()
+    sys.stdout.flush()
+    os._exit(0)  # without MPI's farewell
+
+
+def last_error(log: Path, screen: Path) -> str:
+    """The engine's last words: the last line that says ERROR, else the last line of its screen."""
+    lines: list[str] = []
+    for path in (screen, log):
         if path.exists():
             lines += path.read_text(errors="replace").splitlines()
     said = [line.strip() for line in lines if "ERROR" in line] or [

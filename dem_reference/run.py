@@ -1,7 +1,7 @@
 """The grains' side of a paired run: CASE -> dem.h5.
 
-    python3 -m dem_reference.run CASE -o dem.h5 [--set key=value]... [--seed N] [--quiet] [--progress]
-        [--driver library|script] [--ranks N]
+    python3 -m dem_reference.run CASE -o dem.h5 [--set key=value]... [--seed N] [--quiet]
+        [--progress] [--driver library|script] [--ranks N]
 """
 
 import argparse
@@ -77,7 +77,7 @@ def run(
         if script or ranks > 1:
             collapse_by_script(tables, settled, log, target, attributes, ranks, report)
         else:
-            run_engine(collapse, (tables, settled, log, target, attributes), log, report)
+            run_engine(collapse, tables, settled, log, target, attributes, log=log, report=report)
         os.replace(target, output)
     finally:
         shutil.rmtree(work, ignore_errors=True)
@@ -102,8 +102,8 @@ def refuse(case: dict) -> None:
     ):
         if geometry[name] < least * d:
             raise CaseError(
-                f"geometry.{name}: {geometry[name]:g} m is less than {least} grain diameters of {d:g} m "
-                "(grains would meet their own images, or nothing could be poured)"
+                f"geometry.{name}: {geometry[name]:g} m is less than {least} grain diameters of "
+                f"{d:g} m (grains would meet their own images, or nothing could be poured)"
             )
 
 

@@ -1,4 +1,7 @@
-"""A resolved case as LIGGGHTS commands. The templates in scripts/ are the physics; this file fills their numbers in."""
+"""A resolved case as LIGGGHTS commands.
+
+The templates in scripts/ are the physics; this file fills their numbers in.
+"""
 
 from dataclasses import dataclass
 from math import inf
@@ -25,14 +28,17 @@ def render(template: str, **numbers) -> str:
 
 
 def prime_seeds(seed: int, count: int) -> list[int]:
-    """Different primes above 10000, as LIGGGHTS demands of its seeds, drawn from the run's one seed."""
+    """Different primes above 10000, as LIGGGHTS demands of its seeds, from the run's one seed."""
     candidates = np.random.default_rng(seed).permutation(np.arange(10001, 60001, 2))
     primes = (int(n) for n in candidates if all(n % k for k in range(3, int(n**0.5) + 1, 2)))
     return [next(primes) for _ in range(count)]
 
 
 def axisymmetric(case: dict) -> bool:
-    """Whether the column is a quarter of a cylinder about the y axis, between smooth walls at x = 0 and z = 0."""
+    """Whether the column is a quarter of a cylinder about the y axis.
+
+    It then stands between smooth walls at x = 0 and z = 0.
+    """
     return case["geometry"]["dimension"] == "axisymmetric"
 
 
@@ -49,9 +55,10 @@ def column_volume(case: dict) -> float:
 
 
 def glued_base(case: dict, grains: Grains, seed: int) -> np.ndarray:
-    """Centres of the glued grains (n, 3): a jittered lattice whose tops lie between 0 and d/4 below y = 0.
+    """Centres of the glued grains, (n, 3): a jittered lattice, tops 0 to d/4 below y = 0.
 
-    Every other row along x is shifted by half a spacing across: rows in line leave grooves in which grains roll away.
+    Every other row along x is shifted by half a spacing across: rows in line leave grooves in which
+    grains roll away.
     """
     if case["walls"]["base"] != "glued":
         return np.empty((0, 3))
@@ -101,7 +108,10 @@ def planes(case: dict, grains: Grains) -> list[Plane]:
 
 
 def pair_table(diagonal: float, **pairs: float) -> str:
-    """A symmetric 5 x 5 LIGGGHTS property table; pairs named `grain_left=...` override the common value."""
+    """A symmetric 5 x 5 LIGGGHTS property table.
+
+    Pairs named `grain_left=...` override the common value.
+    """
     table = np.full((5, 5), diagonal)
     for name, value in pairs.items():
         i, j = (TYPES[part] - 1 for part in name.split("_"))
@@ -149,7 +159,10 @@ def beginning(case: dict, grains: Grains, start: str, *young_moduli: float) -> s
 
 
 def new_box(case: dict, grains: Grains, top: float) -> str:
-    """Box of the whole scene up to `top` [m]; its faces grow with the grains except the periodic ones."""
+    """Box of the whole scene up to `top` [m].
+
+    Its faces grow with the grains except the periodic ones.
+    """
     d, geometry = grains.diameter, case["geometry"]
     edge = 0.0 if case["walls"]["front_back"] == "periodic" else d
     return (
@@ -159,7 +172,10 @@ def new_box(case: dict, grains: Grains, top: float) -> str:
 
 
 def glued_atoms(case: dict, grains: Grains, seed: int) -> str:
-    """Commands that create the base and name the two groups; new grains of the insertion join `mobile`."""
+    """Commands that create the base and name the two groups.
+
+    New grains of the insertion join `mobile`.
+    """
     lines = [
         f"create_atoms 3 single {x:.17g} {y:.17g} {z:.17g} units box"
         for x, y, z in glued_base(case, grains, seed)
@@ -187,7 +203,7 @@ def bodies(case: dict, grains: Grains) -> str:
 
 
 def gate(case: dict) -> str:
-    """The closed gate: a smooth plane at x = L0, or a cylinder of radius R0 = L0 about the y axis."""
+    """The closed gate: a smooth plane at x = L0, or a cylinder of R0 = L0 about the y axis."""
     shape = "ycylinder {:.17g} 0 0" if axisymmetric(case) else "xplane {:.17g}"
     return (
         "fix gate mobile wall/gran model hertz tangential history primitive type 2 "
@@ -196,7 +212,7 @@ def gate(case: dict) -> str:
 
 
 def pouring(case: dict, grains: Grains, count: int, seed: int) -> tuple[str, float]:
-    """Commands that place `count` grains at random above the base, and the height they reach [m]."""
+    """Commands that place `count` grains at random above the base, and their height [m]."""
     r, geometry = grains.radius, case["geometry"]
     inset = 0.0 if case["walls"]["front_back"] == "periodic" else r
     right, back = geometry["length"] - r, (
@@ -240,8 +256,9 @@ def rising_gate(case: dict, time: float) -> Plane:
 def lifted_gate(case: dict, grains: Grains, stl: Path) -> str:
     """Commands for a smooth gate that rises at walls.gate_speed; writes its triangles to `stl`.
 
-    A mesh must span the periodic thickness exactly, or contacts count twice at the seam, and its triangles must be well
-    shaped: so the strip from y = 0 to two diameters above the column is cut into near-squares of two triangles each.
+    A mesh must span the periodic thickness exactly, or contacts count twice at the seam, and its
+    triangles must be well shaped: so the strip from y = 0 to two diameters above the column is cut
+    into near-squares of two triangles each.
     """
     geometry = case["geometry"]
     x, top, width = (

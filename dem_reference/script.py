@@ -1,8 +1,11 @@
-"""The collapse as a plain LIGGGHTS script: what runs where the library cannot be driven, and under MPI.
+"""The collapse as a plain LIGGGHTS script.
 
-The trajectory is the library's, bit for bit, on one rank (run pieces without set-up do not disturb each other); under MPI
-sums run in another order, and details differ. Contacts are seen only at frames, so dissipation comes as a total from the
-balance, unsplit, and elastic and fluctuation energy are interpolated between frames.
+What runs where the library cannot be driven, and under MPI.
+
+The trajectory is the library's, bit for bit, on one rank (run pieces without set-up do not disturb
+each other); under MPI sums run in another order, and details differ. Contacts are seen only at
+frames, so dissipation comes as a total from the balance, unsplit, and elastic and fluctuation
+energy are interpolated between frames.
 """
 
 import os
@@ -12,7 +15,6 @@ import subprocess
 import time
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from cases.errors import CaseError, EngineError
@@ -24,7 +26,7 @@ from .contacts import Snapshot
 from .fluctuation import fluctuation_energy
 from .grains import Grains
 from .output import Result
-from .process import last_error
+from .process import Report, last_error
 
 PROGRAM = "liggghts"
 ATOMS = "id type x y z vx vy vz fx fy fz omegax omegay omegaz tqx tqy tqz"
@@ -68,31 +70,18 @@ def command(ranks: int) -> list[str]:
 
 
 def collapse_by_script(
-    case: dict, packing: Path, log: Path, target: Path, attributes: dict, ranks: int, report
+    case: dict, packing: Path, log: Path, target: Path, attributes: dict, ranks: int, report: Report
 ) -> None:
     """As collapse.collapse, through a script in a process of its own."""
     began = time.monotonic(), sum(os.times()[2:4])
     if case["walls"]["gate"] == "lifted":
         raise CaseError(
-            "walls.gate: a script cannot lift the gate (it has to be removed at the right moment) use the library"
+            "walls.gate: a script cannot lift the gate (it has to be removed at the right moment) "
+            "use the library"
         )
     grains, plan, work = Grains.of(case), Plan.of(case), log.parent
     (work / "collapse.in").write_text(script(case, grains, plan, packing, work))
-    screen = work / "screen"
-    with screen.open("w") as out:
-        engine = subprocess.Popen(
-            [*command(ranks), "-in", "collapse.in", "-log", log.name],
-            cwd=work,
-            stdout=out,
-            stderr=out,
-        )
-        while engine.poll() is None:
-            report(len(list(work.glob("atoms.*.bin"))) * plan.frame / plan.last, "collapse")
-            time.sleep(0.2)
-    if engine.returncode:
-        raise EngineError(
-            f"LIGGGHTS: stopped with code {engine.returncode} ({last_error(log, screen)})"
-        )
+    run_script(log, ranks, plan, report)
     history = thermo(log)
     steps = sorted(int(path.name.split(".")[1]) for path in work.glob("atoms.*.bin"))
     result = Result(target, attributes)
@@ -121,22 +110,35 @@ def collapse_by_script(
     rows["time_step"] = np.full(len(history), plan.dt)
     result.history(without_split(rows))
     reason = "rest" if steps[-1] < plan.last else "maximum"
-    finish(
-        result,
-        packing,
-        case,
-        shot,
-        plan,
-        reason,
-        steps[-1],
-        0.0,
-        sum(os.times()[2:4]) - began[1],
-        time.monotonic() - began[0],
-    )
+    cpu, wall = sum(os.times()[2:4]) - began[1], time.monotonic() - began[0]
+    finish(result, packing, case, shot, plan, reason, steps[-1], 0.0, cpu, wall)
+
+
+def run_script(log: Path, ranks: int, plan: Plan, report: Report) -> None:
+    """Runs collapse.in beside `log`; EngineError with the engine's own words when it fails."""
+    work = log.parent
+    screen = work / "screen"
+    with screen.open("w") as out:
+        engine = subprocess.Popen(
+            [*command(ranks), "-in", "collapse.in", "-log", log.name],
+            cwd=work,
+            stdout=out,
+            stderr=out,
+        )
+        while engine.poll() is None:
+            report(len(list(work.glob("atoms.*.bin"))) * plan.frame / plan.last, "collapse")
+            time.sleep(0.2)
+    if engine.returncode:
+        raise EngineError(
+            f"LIGGGHTS: stopped with code {engine.returncode} ({last_error(log, screen)})"
+        )
 
 
 def thermo(log: Path) -> np.ndarray:
-    """Rows of the log's thermo tables: step, time, atoms, kinetic, rotational, potential; repeated steps once."""
+    """Rows of the log's thermo tables, repeated steps once.
+
+    step, time, atoms, kinetic, rotational, potential.
+    """
     rows = {}
     table = False
     for line in log.read_text(errors="replace").splitlines():
@@ -151,7 +153,10 @@ def thermo(log: Path) -> np.ndarray:
 
 
 def read_atoms(path: Path) -> dict[str, np.ndarray]:
-    """One frame of a binary custom dump: step, n, triclinic, 6 boundaries, 6 box bounds, columns, chunks, then the chunks."""
+    """One frame of a binary custom dump.
+
+    Step, n, triclinic, 6 boundaries, 6 box bounds, columns, chunks, then the chunks.
+    """
     data = path.read_bytes()
     head = struct.Struct("<qqi6i6dii")
     columns, chunks = head.unpack_from(data)[-2:]

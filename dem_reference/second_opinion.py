@@ -1,10 +1,13 @@
-"""The collapse of a dem.h5 again in LAMMPS, an independent DEM: so that an engine's quirk is not taken for physics.
+"""The collapse of a dem.h5 again in LAMMPS, an independent DEM.
 
     python3 -m dem_reference.second_opinion DEM.h5... [-o TABLE.csv]
 
-Grains start from the same settled positions; the tangential springs, which no file carries over, build up again while the
-gate is still closed. The contact law is the same (Hertz, Mindlin, Tsuji damping with the same realised restitution), but
-for the tangential spring's rescaling with the overlap: trajectories differ, statistics should not.
+So that an engine's quirk is not taken for physics.
+
+Grains start from the same settled positions; the tangential springs, which no file carries over,
+build up again while the gate is still closed. The contact law is the same (Hertz, Mindlin, Tsuji
+damping with the same realised restitution), but for the tangential spring's rescaling with the
+overlap: trajectories differ, statistics should not.
 """
 
 import argparse
@@ -19,9 +22,8 @@ import pandas as pd
 from cases.case import parse
 from cases.errors import EngineError
 
-from . import scene
+from . import lammps, scene
 from .collapse import Plan
-from .element import lammps
 from .ensemble import save
 from .grains import Grains
 from .packing import drag
@@ -43,7 +45,7 @@ SETTLING = 0.5  # time with the gate closed [sqrt(H/g)]
 def input_files(path: Path, folder: Path) -> tuple[str, dict]:
     """The LAMMPS input for a dem.h5; writes the grains to `folder`. Also the case."""
     with h5py.File(path) as file:
-        case = parse(file.attrs["case_resolved"])
+        case = parse(file.attrs["case_resolved"]).values
         cloud = file["data/0/particles/cloud"]
         kind = cloud["kind"][()]
         x = np.column_stack([cloud[f"position/{axis}"][()] for axis in "xyz"])
@@ -55,7 +57,8 @@ def input_files(path: Path, folder: Path) -> tuple[str, dict]:
         or case["walls"]["left"] != "smooth"
     ):
         raise EngineError(
-            "second_opinion: only periodic sides, a glued base and a smooth left wall are set up in LAMMPS"
+            "second_opinion: only periodic sides, a glued base and a smooth left wall are set up "
+            "in LAMMPS"
         )
     d = grains.diameter
     bounds = (
@@ -67,7 +70,8 @@ def input_files(path: Path, folder: Path) -> tuple[str, dict]:
     lines += [f"{low} {high} {axis}lo {axis}hi" for (low, high), axis in zip(bounds, "xyz")]
     lines += ["", "Atoms # sphere", ""]
     lines += [
-        f"{k + 1} {1 if kind[k] == 1 else 2} {d} {grains.density} {a:.17g} {b:.17g} {c % geometry['thickness']:.17g}"
+        f"{k + 1} {1 if kind[k] == 1 else 2} {d} {grains.density} "
+        f"{a:.17g} {b:.17g} {c % geometry['thickness']:.17g}"
         for k, (a, b, c) in enumerate(x)
     ]
     (folder / "grains.data").write_text("\n".join(lines) + "\n")

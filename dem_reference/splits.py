@@ -1,9 +1,10 @@
-"""Both splits of the grains' dissipation over time, by direction and by contact lifetime, with their scatter over packings.
+"""Both splits of the grains' dissipation over time, with their scatter over packings.
 
     python3 -m dem_reference.splits DEM.h5... [-o TABLE.csv] [--chart CHART.png]
 
-By direction: normal damping, and friction with tangential damping. By lifetime: contacts shorter than a threshold in binary
-contact times count as collisions, for the case's threshold and for half, twice and four times it.
+By direction: normal damping, and friction with tangential damping. By lifetime: contacts shorter
+than a threshold in binary contact times count as collisions, for the case's threshold and for half,
+twice and four times it.
 """
 
 import argparse
@@ -11,16 +12,14 @@ import sys
 from pathlib import Path
 
 import h5py
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
 from cases.case import parse
-from compare.report.charts import STYLE
+from cases.style import STYLE
 from cases.errors import CaseError
+from cases.files import write_figure
 
 from .ensemble import save
 
@@ -28,9 +27,11 @@ STEP = 0.1  # between rows of the table [sqrt(H/g)]
 
 
 def shares(path: Path) -> pd.DataFrame:
-    """Dissipated so far over the energy released in the end, one column per part, at multiples of STEP [sqrt(H/g)].
+    """Dissipated so far over the energy released in the end, one column per part.
 
-    Thresholds that the sampling interval does not resolve are left out: every contact seen once is older.
+    At multiples of STEP [sqrt(H/g)].
+    Thresholds that the sampling interval does not resolve are left out: every contact seen once is
+    older.
     """
     with h5py.File(path) as file:
         if "lifetime" not in file:
@@ -67,7 +68,10 @@ def shares(path: Path) -> pd.DataFrame:
 
 
 def table(paths: list[Path]) -> pd.DataFrame:
-    """Mean of each part and its standard deviation (`…_deviation`) over the runs, to the end of the shortest."""
+    """Mean of each part and its standard deviation (`…_deviation`) over the runs.
+
+    To the end of the shortest.
+    """
     runs = [shares(path) for path in paths]
     rows = min(len(run) for run in runs)
     stack = np.stack([run.iloc[:rows].to_numpy() for run in runs])
@@ -133,10 +137,11 @@ def main() -> int:
             found,
             options.output,
             " ".join(["python3 -m dem_reference.splits", *sys.argv[1:]]),
-            f"mean and standard deviation over {len(options.runs)} packings, over the energy released; time in sqrt(H/g)",
+            f"mean and standard deviation over {len(options.runs)} packings, over the energy "
+            "released; time in sqrt(H/g)",
         )
     if options.chart:
-        draw(found).savefig(options.chart, dpi=160)
+        write_figure(options.chart, draw(found), dpi=160)
     print(found.iloc[[-1]].T.to_string(header=False, float_format=lambda value: f"{value:.4g}"))
     return 0
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from cases.case import parse
 
-# name -> unit; energies are relative to the potential energy released, times to sqrt(H/g), lengths to L0 or H
+# name -> unit; energies are relative to the potential energy released, times to sqrt(H/g), lengths
+# to L0 or H
 SCALARS = {
     "seed": "-",
     "run_out": "L0",
@@ -37,9 +38,10 @@ SCALARS = {
 
 
 def scalars(path: Path) -> dict[str, float]:
-    """SCALARS of a dem.h5. E0 is the initial potential energy; run-outs are mass percentiles, 99.5 and 99.
+    """SCALARS of a dem.h5.
 
-    Of an axisymmetric column x is the distance from the axis.
+    E0 is the initial potential energy; run-outs are mass percentiles, 99.5 and 99. Of an
+    axisymmetric column x is the distance from the axis.
     """
     with h5py.File(path) as file:
         case = parse(file.attrs["case_resolved"])

@@ -2,12 +2,15 @@
 
 import numpy as np
 
-# Gauss-Legendre points for spheres cut by an edge (two planes at once): relative error below 1e-5 of a sphere.
+# Gauss-Legendre points for spheres cut by an edge (two planes at once): relative error below 1e-5
+# of a sphere.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
 def cap_fraction(distance: np.ndarray, radius: float) -> np.ndarray:
-    """Share of a sphere on the side of a plane its centre is `distance` inside of (negative: outside); same shape.
+    """Share of a sphere on the side of a plane that its centre is `distance` inside of.
+
+    Negative: outside; same shape.
 
     With t = distance/radius in [-1, 1]: (2 + 3 t - t^3) / 4.
     """
@@ -25,7 +28,10 @@ def _circle_area_below(height: np.ndarray, radius: np.ndarray) -> np.ndarray:
 def clipped_volume(
     centre: np.ndarray, radius: float, lower: np.ndarray, upper: np.ndarray
 ) -> np.ndarray:
-    """Volume of each sphere inside the rectangle lower..upper of x and y (z is not cut); centre (n, 2), result (n,)."""
+    """Volume of each sphere inside the rectangle lower..upper of x and y (z is not cut).
+
+    centre (n, 2), result (n,).
+    """
     sphere = 4 / 3 * np.pi * radius**3
     inside = np.minimum(centre - lower, upper - centre)
     share_x, share_y = (
@@ -50,15 +56,14 @@ def clipped_volume(
 
 
 def void_ratio(centre: np.ndarray, radius: float, lower, upper, thickness: float) -> float:
-    """e = voids / solid of the box lower..upper (x, y) through the whole thickness; overlaps count twice as solid.
+    """e = voids / solid of the box lower..upper (x, y) through the whole thickness.
 
-    A box with limits of z too cuts each sphere's volume by the share of the sphere between them: exact unless z cuts it
-    together with x or y.
+    Overlaps count twice as solid. A box with limits of z too cuts each sphere's volume by the share
+    of the sphere between them: exact unless z cuts it together with x or y.
     """
     lower, upper = np.asarray(lower, float), np.asarray(upper, float)
-    solid, volume = clipped_volume(centre[:, :2], radius, lower[:2], upper[:2]), np.prod(
-        upper - lower
-    )
+    solid = clipped_volume(centre[:, :2], radius, lower[:2], upper[:2])
+    volume = np.prod(upper - lower)
     if len(lower) == 2:
         volume *= thickness
     else:
@@ -71,7 +76,10 @@ def void_ratio(centre: np.ndarray, radius: float, lower, upper, thickness: float
 
 
 def bulk_box(length: float, height: float, diameter: float) -> tuple[np.ndarray, np.ndarray]:
-    """The box in which a column's bulk void ratio is measured: 2.5 d away from base, walls and free surface."""
+    """The box in which a column's bulk void ratio is measured.
+
+    2.5 d away from base, walls and free surface.
+    """
     margin = 2.5 * diameter
     return np.array([margin, margin]), np.array([length - margin, height - margin])
 

@@ -1,9 +1,10 @@
-"""Speed against accuracy of the law's two stress integrators over step size, on one path through all four regimes.
+"""Speed against accuracy of the law's two stress integrators over step size.
 
-Every run drives one material point along the same path by mpm_point. The error is that of the quasi-static stress, over
-the path, and of the plastic dissipation at its end, against Dormand-Prince with the smallest step; the cost is the time
-spent in the law's updates.
+On one path through all four regimes: every run drives one material point along it by mpm_point. The
+error is that of the quasi-static stress, over the path, and of the plastic dissipation at its end,
+against Dormand-Prince with the smallest step; the cost is the time spent in the law's updates.
 """
+
 import json
 import subprocess
 import tempfile
@@ -14,13 +15,14 @@ import matplotlib
 import numpy as np
 
 from cases.errors import EngineError
+from cases.files import write_figure
 from cases.programs import ROOT, program
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
-# duration [s] and D = [xx, yy, zz, xy, yz, zx] [1/s], compression positive, of each leg: sheared while loose, compressed onto
-# the critical-state locus and along it, opened, compressed again.
+# duration [s] and D = [xx, yy, zz, xy, yz, zx] [1/s], compression positive, of each leg: sheared
+# while loose, compressed onto the critical-state locus and along it, opened, compressed again.
 LEGS = [
     (0.03, [2.0, -2.0, 0.0, 5.0, 0.0, 0.0]),
     (0.03, [2.0 + 0.04 / 3, -2.0 + 0.04 / 3, 0.04 / 3, 5.0, 0.0, 0.0]),
@@ -49,11 +51,13 @@ def run(options) -> int:
             end, cost = drive(options.case, integrator, steps)
             rows.append((integrator, steps, *errors(end, reference), cost, int(end["switches"])))
     print(
-        "integrator       steps/leg  strain/step  stress error  dissipation error  ns/update  switches"
+        "integrator       steps/leg  strain/step  stress error  dissipation error  "
+        "ns/update  switches"
     )
     for integrator, steps, stress, dissipation, cost, switches in rows:
         print(
-            f"{integrator:<16} {steps:>9}  {0.3 / steps:>11.1e}  {stress:>12.1e}  {dissipation:>17.1e}  {cost:>9.0f}  {switches:>8}"
+            f"{integrator:<16} {steps:>9}  {0.3 / steps:>11.1e}  {stress:>12.1e}  "
+            f"{dissipation:>17.1e}  {cost:>9.0f}  {switches:>8}"
         )
     draw(rows, options.out)
     print(options.out)
@@ -61,7 +65,10 @@ def run(options) -> int:
 
 
 def drive(case: Path, integrator: str, steps: int) -> tuple[dict, float]:
-    """Stress at 25 instants of each leg's grid or fewer, dissipation, and the cost [ns] of one update (least of three runs)."""
+    """Stress at 25 instants of each leg's grid or fewer, dissipation, and the cost of one update.
+
+    The cost [ns] is the least of three runs.
+    """
     text = [
         f"case = {json.dumps(str(case.resolve()))}",
         f'set = ["material.law=critical_state", "material.integrator={integrator}"]',
@@ -121,5 +128,5 @@ def draw(rows: list, out: Path):
     axes[1].set(xlabel="error of the plastic dissipation")
     axes[0].legend(frameon=False)
     figure.tight_layout()
-    figure.savefig(out)
+    write_figure(out, figure)
     plt.close(figure)

@@ -1,14 +1,12 @@
-"""The stability map of a case: where each method fails, against the limit it claims, and the
-failures known by name.
+"""The stability map of a case: where each method fails, its limit, and failures known by name.
 
 The table [atlas] of cases/<case>/study.toml holds the planes, the named failures and the trends. In
-each row of a plane the boundary is found by bisection; detectors in the solver (mpm/step/watch.hpp)
-tell how a run failed. Written to --out: boundaries.csv, failures.csv, trends.csv, atlas.html and
-figures.
+each row of a plane the boundary is found by bisection; detectors in the solver
+(mpm/step/watch.hpp) tell how a run failed. Written to --out: boundaries.csv, failures.csv,
+trends.csv, atlas.html and figures.
 """
 
 import sys
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from cases import case, provenance
@@ -39,105 +37,77 @@ def run(options) -> int:
     rows = [[(value, next(done)) for value, _ in one] for one in asked]
 
     pairs = [atlas.recipes_of(failure, timeout) for failure in failures]
-    series = [steps_of(trend, timeout) for trend in trends]
-    points = iter(
-        sweep.run_recipes(scene, [one for group in [*pairs, *series] for one in group], options)
-    )
+    series = [atlas.trend_recipes(trend, timeout) for trend in trends]
+    recipes = [one for group in [*pairs, *series] for one in group]
+    points = iter(sweep.run_recipes(scene, recipes, options))
     shown = [(next(points), next(points)) for _ in pairs]
     trended = [[next(points) for _ in group] for group in series]
 
-    found = Found(
-        scene,
-        options.out or Path("runs") / "studies" / name_of(scene.path) / "atlas",
-        provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
-    )
+    out = options.out or Path("runs") / "studies" / name_of(scene.path) / "atlas"
+    told = Told(scene, out, provenance.about(" ".join(["./grainpair", *sys.argv[1:]])))
     if planes:
-        tell_planes(found, planes, rows)
+        told.planes(planes, rows)
     if failures:
-        tell_failures(found, failures, shown)
+        told.failures(failures, shown)
     if trends:
-        tell_trends(found, trends, trended)
-    html, title = found.out / "atlas.html", f"Stability: {scene['title']}"
-    page.write(html, title, found.origin, found.figures, found.tables)
-    print(html)
+        told.trends(trends, trended)
+    page.write(
+        out / "atlas.html", f"Stability: {scene['title']}", told.origin, told.figures, told.tables
+    )
+    print(out / "atlas.html")
     return 0
 
 
-def steps_of(trend: dict, timeout: float) -> list[recipe.Recipe]:
-    """The runs of a trend: one per value of what it goes along."""
-    fixed = [recipe.assignment(*item) for item in trend["set"].items()]
-    return [
-        recipe.Recipe(
-            "mpm",
-            (*fixed, recipe.assignment(trend["along"], value)),
-            trend["name"],
-            timeout,
+class Told:
+    """What the map says so far: tables and figures, written to `out` and gathered for the page."""
+
+    def __init__(self, scene: case.Case, out: Path, origin: dict):
+        self.scene, self.out, self.origin = scene, out, origin
+        self.tables: dict = {}
+        self.figures: list = []
+
+    def keep(self, heading: str, name: str, table, note: str):
+        self.tables[heading] = table
+        write_table(self.out / name, provenance.head(self.origin, note), table)
+
+    def planes(self, planes: list[dict], rows: list):
+        from compare.study.charts import atlas as chart  # matplotlib takes its time to load
+
+        self.keep(
+            "Every run of the planes",
+            "boundaries.csv",
+            atlas.table(planes, rows, self.scene),
+            "a row is one run; times_default and times_limit: "
+            "boundary over the default and over the claimed limit",
         )
-        for value in trend["values"]
-    ]
+        words = [
+            f"{plane['name']}: {sentence}"
+            for plane, found in zip(planes, rows)
+            for sentence in atlas.sentences(plane, found, self.scene)
+        ]
+        drawn = chart.draw(planes, rows, self.scene, self.out / "atlas")
+        self.figures.append(("Planes", words, drawn))
+        print(*words, sep="\n")
 
+    def failures(self, failures: list[dict], shown: list):
+        named = atlas.failure_table(failures, shown, self.scene)
+        note = "each failure with the recipe that shows it"
+        self.keep("Failures known by name", "failures.csv", named, note)
+        for _, row in named.iterrows():
+            there = "reproduced" if row["reproduced"] else "NOT REPRODUCED"
+            gone = "absent" if row["absent_at_defaults"] else "PRESENT"
+            print(f"{row['failure']}: {there}, {gone} at the defaults: {row['detected']}")
 
-@dataclass
-class Found:
-    """What the page will show, and the folder that its tables and figures are kept in."""
+    def trends(self, trends: list[dict], trended: list):
+        from compare.study.charts import atlas as chart
 
-    scene: case.Case
-    out: Path
-    origin: dict[str, str]
-    tables: dict = field(default_factory=dict)
-    figures: list = field(default_factory=list)
-
-    def keep(self, title: str, file: str, table, note: str):
-        self.tables[title] = table
-        write_table(self.out / file, provenance.head(self.origin, note), table)
-
-
-def tell_planes(found: Found, planes: list[dict], rows: list):
-    from compare.study.charts import atlas as chart  # matplotlib takes its time to load
-
-    found.keep(
-        "Every run of the planes",
-        "boundaries.csv",
-        atlas.table(planes, rows, found.scene),
-        "a row is one run; times_default and times_limit: boundary over the default and over the "
-        "claimed limit",
-    )
-    words = [
-        f"{plane['name']}: {sentence}"
-        for plane, row in zip(planes, rows)
-        for sentence in atlas.sentences(plane, row, found.scene)
-    ]
-    drawn = chart.draw(planes, rows, found.scene, found.out / "atlas")
-    found.figures.append(("Planes", words, drawn))
-    print(*words, sep="\n")
-
-
-def tell_failures(found: Found, failures: list[dict], shown: list):
-    named = atlas.failure_table(failures, shown, found.scene)
-    found.keep(
-        "Failures known by name",
-        "failures.csv",
-        named,
-        "each failure with the recipe that shows it",
-    )
-    for _, row in named.iterrows():
-        print(
-            f"{row['failure']}: {'reproduced' if row['reproduced'] else 'NOT REPRODUCED'}, "
-            f"{'absent' if row['absent_at_defaults'] else 'PRESENT'} at the defaults: "
-            f"{row['detected']}"
+        heading = "Damping as the step shrinks"
+        measured = atlas.trend_table(trends, trended, self.scene)
+        self.keep(
+            heading,
+            "trends.csv",
+            measured,
+            "damping: energy lost to the numerics over the time integral of kinetic energy",
         )
-
-
-def tell_trends(found: Found, trends: list[dict], trended: list):
-    from compare.study.charts import atlas as chart  # matplotlib takes its time to load
-
-    title = "Damping as the step shrinks"
-    measured = atlas.trend_table(trends, trended, found.scene)
-    found.keep(
-        title,
-        "trends.csv",
-        measured,
-        "damping: energy lost to the numerics over the time integral of kinetic energy",
-    )
-    found.figures.append((title, [], chart.draw_trends(measured, found.out / "damping")))
-    print(measured.drop(columns="command").to_string(index=False))
+        self.figures.append((heading, [], chart.draw_trends(measured, self.out / "damping")))
+        print(measured.drop(columns="command").to_string(index=False))

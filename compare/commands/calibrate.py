@@ -1,17 +1,20 @@
 """Fit the law's constants to the element tests of the grains, and write a material card.
 
-Only the references of cases/shear, cooling, triaxial and isotropic are used, never a column. The card is written with the
-uncertainty of every constant, beside a table that shows it next to the seed's Table 1.
+Only the references of cases/shear, cooling, triaxial and isotropic are used, never a column. The
+card is written with the uncertainty of every constant, beside a table that shows it next to the
+seed's Table 1.
 """
 
 from pathlib import Path
 
-from compare.element import calibration
-from compare.element.calibration import NAMES, Fit
-from compare.commands.element import write
-from compare.element.model import Card
+from cases.files import write_atomically
 from cases.programs import ROOT
 from cases.provenance import commit
+from compare.element import calibration
+from compare.element.blocks import MODEL_ERROR, Block
+from compare.element.calibration import NAMES, Fit
+from compare.element.model import Card
+from dem_reference.grains import Grains
 
 SYMBOLS = {
     "critical_void_ratio": "e_c",
@@ -68,36 +71,36 @@ def run(options) -> int:
         for seed in range(options.bootstrap)
     ]
     fit = calibration.fit(blocks, grains, start, resampled)
-    write(
-        options.out / f"{options.card}.toml",
-        lambda file: file.write(card_text(fit, blocks, grains, options)),
-    )
-    write(
-        options.out / f"{options.card}.md", lambda file: file.write(table_text(fit, start, options))
-    )
+    card = card_text(fit, blocks, grains, options)
+    write_atomically(options.out / f"{options.card}.toml", card)
+    write_atomically(options.out / f"{options.card}.md", table_text(fit, start, options))
     print(table_text(fit, start, options), end="")
     print(options.out / f"{options.card}.toml", options.out / f"{options.card}.md", sep="\n")
     return 0
 
 
-def card_text(fit: Fit, blocks: list, grains, options) -> str:
+def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
     """The material card, with where it comes from and every constant's uncertainty in comments."""
     lines = [
-        f"# {options.card}: calibrated on grains of d = {grains.diameter * 1e3:g} mm, E_p = {grains.young_modulus:g} Pa, "
-        f"e_n = {grains.restitution:g}, mu = {grains.friction:g},",
+        f"# {options.card}: calibrated on grains of d = {grains.diameter * 1e3:g} mm, "
+        f"E_p = {grains.young_modulus:g} Pa, e_n = {grains.restitution:g}, "
+        f"mu = {grains.friction:g},",
         "# in the element tests shear, cooling, triaxial and isotropic alone; no column was used.",
-        f"# Command: grainpair calibrate --start {options.start} --card {options.card} --bootstrap {options.bootstrap}",
+        f"# Command: grainpair calibrate --start {options.start} --card {options.card} "
+        f"--bootstrap {options.bootstrap}",
         f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",
-        f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of {calibration.MODEL_ERROR:.0%} "
-        "beside the DEM's:",
-        "# 1 per observation would be a perfect law, so most of the rest is what the law cannot follow.",
+        f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of "
+        f"{MODEL_ERROR:.0%} beside the DEM's:",
+        "# 1 per observation would be a perfect law, so most of the rest is what the law cannot "
+        "follow.",
     ]
     for block in blocks:
         lines.append(
             f"#   {block.kind}: {len(block.measured)} points, DEM scatter {block.error.mean():.3f}"
         )
     lines += [
-        "# +-: standard error from the covariance, scaled by the misfit; in brackets the scatter over fits to resampled seeds.",
+        "# +-: standard error from the covariance, scaled by the misfit; in brackets the scatter "
+        "over fits to resampled seeds.",
         "[material]",
     ]
     for name in NAMES:
@@ -107,11 +110,12 @@ def card_text(fit: Fit, blocks: list, grains, options) -> str:
             else ""
         )
         lines.append(
-            f"{name} = {getattr(fit.card, name):.4g}  # {SYMBOLS[name]} +- {fit.standard_error[name]:.2g} "
-            f"({fit.bootstrap[name]:.2g}){bound}"
+            f"{name} = {getattr(fit.card, name):.4g}  # {SYMBOLS[name]} +- "
+            f"{fit.standard_error[name]:.2g} ({fit.bootstrap[name]:.2g}){bound}"
         )
     lines += [
-        f'critical_state_form = "{fit.card.critical_state_form}"  # of the three forms the one that fits best',
+        f'critical_state_form = "{fit.card.critical_state_form}"'
+        "  # of the three forms the one that fits best",
         f"loose_void_ratio = {fit.card.loose_void_ratio:g}  # kept from {options.start}",
     ]
     return "\n".join(lines) + "\n"
@@ -126,10 +130,10 @@ def table_text(fit: Fit, start: Card, options) -> str:
     for name in NAMES:
         edge = " (edge)" if name in fit.at_bound else ""
         lines.append(
-            f"| {SYMBOLS[name]} | {name} | {getattr(start, name):.4g} | {getattr(fit.card, name):.4g}{edge} | "
-            f"{fit.standard_error[name]:.2g} | {fit.bootstrap[name]:.2g} |"
+            f"| {SYMBOLS[name]} | {name} | {getattr(start, name):.4g} | "
+            f"{getattr(fit.card, name):.4g}{edge} | {fit.standard_error[name]:.2g} | "
+            f"{fit.bootstrap[name]:.2g} |"
         )
-    lines.append(
-        f"| form of G₁ | critical_state_form | {start.critical_state_form} | {fit.card.critical_state_form} | | |"
-    )
+    forms = f"{start.critical_state_form} | {fit.card.critical_state_form}"
+    lines.append(f"| form of G₁ | critical_state_form | {forms} | | |")
     return "\n".join(lines) + "\n"

@@ -1,8 +1,8 @@
-"""Do the numerics decide the result? Run-out, height and losses of the continuum on other cells,
-points and steps, with their scatter.
+"""Do the numerics decide the result? The continuum on other cells, points and steps.
 
-The settings stand in the table [convergence] of cases/<case>/study.toml. Every run is kept in
-runs/studies/points. Written to --out: convergence.csv and convergence.png.
+Run-out, height and losses, with their scatter. The settings stand in the table [convergence] of
+cases/<case>/study.toml. Every run is kept in runs/studies/points. Written to --out: convergence.csv
+and convergence.png.
 """
 
 import sys
@@ -35,15 +35,12 @@ def run(options) -> int:
     table = convergence.table(settings, found)
 
     out = options.out or Path("runs") / "studies" / name_of(scene.path) / "convergence"
-    write_table(
-        out / "convergence.csv",
-        provenance.head(
-            provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
-            "figures: compare/study/figures.py; change: of the mean, relative to the group's base, "
-            "with the half-width of its 90 % interval",
-        ),
-        table,
+    head = provenance.head(
+        provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
+        "figures: compare/study/figures.py; change: of the mean, relative to the group's base, "
+        "with the half-width of its 90 % interval",
     )
+    write_table(out / "convergence.csv", head, table)
     chart.draw(table, out / "convergence")
     judged = table[table["verdict"].notna()].drop(columns=["settings", "runs"])
     print(judged.to_string(index=False, float_format=lambda x: f"{x:.3g}"))

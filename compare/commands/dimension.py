@@ -1,9 +1,9 @@
-"""Plane strain against the slab of [Ceccato2019], one cell thick between rollers: difference and
-cost, as a table.
+"""Plane strain against the slab of [Ceccato2019]: difference and cost, as a table.
 
-Each row is one run of the continuum. The slab's points stand in pairs across its thickness, so that
-plane strain is its exact solution; what is left of a difference is numerical. --scatter gives the
-scale: plane strain again, from points displaced by 1e-10 of their spacing.
+The slab is one cell thick, between rollers. Each row is one run of the continuum. The slab's points
+stand in pairs across its thickness, so that plane strain is its exact solution; what is left of a
+difference is numerical. --scatter gives the scale: plane strain again, from points displaced by
+1e-10 of their spacing.
 """
 
 import sys
@@ -115,13 +115,10 @@ def keep(table: pd.DataFrame, path: Path):
         table = pd.concat([others[~others["settings"].isin(table["settings"])], table])
     origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
     del origin["commit"]  # every row has its solver's
-    write_table(
-        path,
-        provenance.head(
-            origin,
-            "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; "
-            "peak_time, until [sqrt(H/g)]; peak and energies over the energy released; solver: "
-            "commit of mpm_run; cost: processor time over plane strain's",
-        ),
-        table,
+    head = provenance.head(
+        origin,
+        "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; peak_time, until "
+        "[sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: "
+        "processor time over plane strain's",
     )
+    write_table(path, head, table)

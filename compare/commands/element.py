@@ -1,28 +1,25 @@
-"""Compare the law with the grains in an element test: simple shear, cooling, triaxial or isotropic compression.
+"""Compare the law with the grains in an element test, such as simple shear or cooling.
 
-CASE is a folder of cases/ with an element test. Points that its reference lacks are measured first (hours, if all do); then the grains
-and the law with each material card are drawn in one figure, and the errors are tabulated with a verdict.
+CASE is a folder of cases/ with an element test. Points that its reference lacks are measured first
+(hours, if all do); then the grains and the law with each material card are drawn in one figure, and
+the errors are tabulated with a verdict.
 """
 
-import csv
-import importlib
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
-import numpy as np
-
-from compare.element import calibration
-from compare.element import cross_check
-from compare.element.deviations import table, verdicts
-from compare.element.model import Card, Model
-from compare.element.point import PointModel
+from cases import workflow
 from cases.errors import CaseError, EngineError
+from cases.files import write_atomically, write_table
 from cases.programs import ROOT
-from dem_reference.element import campaign, records
-from dem_reference.element.case import Case
+from compare.element import campaign, records
+from compare.element.blocks import every
+from compare.element.case import Case
+from compare.element.deviations import table, verdicts
+from compare.element.model import Card, Law, Model
+from compare.element.point import PointModel
+from compare.element.records import Rows
+from compare.element.tests import ComparedTest, compared_tests, test_of
 
 CARDS = ("seed_table1", "dem_mu05")
 
@@ -54,18 +51,20 @@ def arguments(parser):
 
 def run(options) -> int:
     case = Case(options.case)
-    if case.test not in calibration.TESTS:
+    test = test_of(case)
+    if not isinstance(test, ComparedTest):
         raise CaseError(
-            f"{case.path}: the law has no counterpart of a {case.test} test (it is a check of the engines) "
-            f"use one of {', '.join(calibration.TESTS)}"
+            f"{case.path}: the law has no counterpart of a {case.test} test (it is a check of the "
+            f"engines) use one of {', '.join(test.name for test in compared_tests())}"
         )
-    rate = {"inertial_number": case["triaxial.inertial_number"]} if case.test == "triaxial" else {}
-    models = {
-        name: Model(Card.read(name), case.grains)
-        if options.closed_form
-        else PointModel(Card.read(name), case.grains, **rate)
-        for name in options.card or CARDS
-    }
+    models: dict[str, Law] = {}
+    for name in options.card or CARDS:
+        card = Card.read(name)
+        models[name] = (
+            Model(card, case.grains)
+            if options.closed_form
+            else PointModel(card, case.grains, **test.driven(case))
+        )
     rows = (
         campaign.run_point(case, campaign.quick_point(case))
         if options.quick
@@ -76,79 +75,29 @@ def run(options) -> int:
     if not measured:
         raise EngineError(f"{case.path}: no point could be measured ({'; '.join(failed)})")
 
-    out = options.out or ROOT / "runs" / "element" / (
-        case.test + ("_quick" if options.quick else "")
-    )
-    blocks = getattr(calibration, f"{case.test}_blocks")(measured, lambda seeds: seeds)
-    errors = table(blocks, models)
+    folder = case.test + ("_quick" if options.quick else "")
+    out = options.out or ROOT / "runs" / "element" / folder
+    errors = table(test.blocks(measured, every), models)
     sentences = verdicts(errors) + [f"not measured: {reason}" for reason in failed]
-    if case.test == "shear" and not options.quick:
-        walls = records.read(campaign.reference_file(Case(ROOT / "cases" / "bumpy_shear")))
-        sentences += cross_check.sentences(
-            [row for row in walls if row["status"] == "measured"], measured, case.grains.density
-        )
-    files = importlib.import_module(f"compare.element.charts.{case.test}").draw(
-        measured, models, out / case.test
-    )
-    write(out / "errors.csv", lambda file: write_csv(file, errors))
-    write(
-        out / "errors.json",
-        lambda file: json.dump(
-            {"title": case["title"], "verdicts": sentences, "errors": errors}, file, indent=1
-        ),
-    )
+    if not options.quick:
+        sentences += test.remarks(case, measured)
+    files = test.draw(measured, models, out / case.test)
+    write_table(out / "errors.csv", [], errors, "%.5g")
+    summary = {"title": case["title"], "verdicts": sentences, "errors": errors}
+    write_atomically(out / "errors.json", json.dumps(summary, indent=1))
     print("\n".join(sentences))
     print(*files, out / "errors.csv", out / "errors.json", sep="\n")
     return 0
 
 
-def reference(case: Case, cores: int) -> list[dict]:
+def reference(case: Case, cores: int) -> Rows:
     """The rows of the case's reference, after measuring the points it lacks."""
-    if campaign.missing(case):
+    if missing := campaign.missing(case):
         if case.folder.resolve() != ROOT / "cases" / case.test:
             raise CaseError(
-                f"{case.path}: {len(campaign.missing(case))} points are not measured (only cases/{case.test} has a "
-                "campaign) use --quick for one point"
+                f"{case.path}: {len(missing)} points are not measured (only cases/{case.test} has "
+                "a campaign) use --quick for one point"
             )
-        done = subprocess.run(
-            [
-                "snakemake",
-                "-s",
-                ROOT / "dem_reference/element/Snakefile",
-                "--cores",
-                str(cores),
-                "--quiet",
-                "all",
-                "--config",
-                f"tests={case.test}",
-            ],
-            cwd=ROOT,
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
-            stdout=sys.stderr,
-        )
-        if done.returncode:
-            raise EngineError(
-                f"{case.path}: the campaign stopped (snakemake's exit code {done.returncode})"
-            )
-    return records.read(campaign.reference_file(case))
-
-
-def write(path: Path, content) -> None:
-    """Writes a text file atomically; `content(file)` fills it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part")
-    with part.open("w", newline="") as file:
-        content(file)
-    os.replace(part, path)
-
-
-def write_csv(file, rows: list[dict]) -> None:
-    writer = csv.DictWriter(file, rows[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(
-        {
-            key: f"{value:.5g}" if isinstance(value, (float, np.floating)) else value
-            for key, value in row.items()
-        }
-        for row in rows
-    )
+        snakefile, folder = ROOT / "compare/element/Snakefile", ROOT / "build" / "element"
+        workflow.run(snakefile, folder, {"tests": case.test}, workflow.Where(cores), alone=True)
+    return records.read(records.reference_file(case))

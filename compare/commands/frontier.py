@@ -1,10 +1,10 @@
-"""Speed against accuracy: every recipe of a case's study, against the grains' mean and against the
-law's fine-grid solution.
+"""Speed against accuracy: every recipe of a case's study, against the grains and the law's limit.
 
-The recipes stand in the table [frontier] of cases/<case>/study.toml. Each is run once and kept in
-runs/studies/points, under a name that holds the case, the recipe and the program; a run that fails
-is a point too. Written to --out: points.csv, grains.json (the grains' mean and scatter), figures,
-and frontier.html, where each point tells its recipe and command.
+The grains are the mean of an ensemble, the limit is the law's solution on a fine grid. The recipes
+stand in the table [frontier] of cases/<case>/study.toml. Each is run once and kept in
+runs/studies/points, under a key of what decides it (compare/study/keys.py); a run that fails is a
+point too. Written to --out: points.csv, grains.json (the grains' mean and scatter), figures, and
+frontier.html, where each point tells its recipe and command.
 """
 
 import sys
@@ -29,6 +29,19 @@ def arguments(parser):
     reference.arguments(parser)
 
 
+COLUMNS = (
+    "key",
+    "engine",
+    "series",
+    "label",
+    "status",
+    "cost",
+    *(f"error_{name}" for name in WORDS),
+    "message",
+    "command",
+)
+
+
 def run(options) -> int:
     scene = case.load(find_case(options.case))
     study = recipe.study(scene, "frontier")
@@ -48,50 +61,36 @@ def run(options) -> int:
 
     out = options.out or Path("runs") / "studies" / name_of(scene.path) / "frontier"
     origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
-    write_table(
-        out / "points.csv",
-        provenance.head(
-            origin,
-            "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; relaxation_time [s]; "
-            "young_modulus [Pa]; a row is one run of `command`",
-        ),
-        points,
+    head = provenance.head(
+        origin,
+        "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; relaxation_time [s]; "
+        "young_modulus [Pa]; a row is one run of `command`",
     )
+    write_table(out / "points.csv", head, points)
     reference.write(grains, out / "grains.json")
-    figures = []
-    for name in [options.metric] if options.metric else WORDS:
-        figures += draw(points, grains, name, out, bool(fine))
-    columns = [
-        "key",
-        "engine",
-        "series",
-        "label",
-        "status",
-        "cost",
-        *(f"error_{name}" for name in WORDS),
-        "message",
-        "command",
-    ]
+    names = [options.metric] if options.metric else list(WORDS)
     page.write(
         out / "frontier.html",
         f"Speed against accuracy: {scene['title']}",
         origin,
-        figures,
-        {"Every point": points[columns].sort_values("cost")},
+        [one for name in names for one in figures_of(name, points, grains, bool(fine), out)],
+        {"Every point": points[list(COLUMNS)].sort_values("cost")},
     )
     print(out / "frontier.html")
     return 0
 
 
-def draw(points, grains, name: str, out: Path, fine: bool) -> list[tuple[str, list[str], str]]:
-    """The figures of one error, with their titles and sentences; the sentences are also said."""
+def figures_of(name: str, points, grains: dict, fine: bool, out: Path) -> list[page.Figure]:
+    """The figures of one metric, for the page: against the grains and, where there are solutions on
+    a `fine` grid, against those; says what they say.
+    """
     from compare.study.charts import frontier as chart  # matplotlib takes its time to load
 
     words = frontier.sentences(points, grains, name)
     drawn = chart.draw(points, grains, name, out / f"frontier_{name}")
-    figures = [(f"Error from the grains: {WORDS[name]}", words, drawn)]
-    band = frontier.band(grains, name)
-    print(f"{WORDS[name]} (scatter of the seeds {band:.1%})", *words, sep="\n  ")
+    figures: list[page.Figure] = [(f"Error from the grains: {WORDS[name]}", words, drawn)]
+    scatter = frontier.band(grains, name)
+    print(f"{WORDS[name]} (scatter of the seeds {scatter:.1%})", *words, sep="\n  ")
     if fine:
         drawn = chart.draw_numerical(points, name, out / f"numerical_{name}")
         figures.append((f"Numerical error alone: {WORDS[name]}", [], drawn))

@@ -1,7 +1,6 @@
-"""The least model that does: climbs from cheap to dear recipes until one agrees with the grains,
-and the next one too.
+"""The least model that does: climbs from cheap to dear until two rungs agree with the grains.
 
-The rungs stand in cases/ladder.toml, or in a table [ladder] of cases/<case>/study.toml. Rungs are
+The rungs stand in cases/ladder.toml, or in a table [ladder] of cases/<case>/study.toml. They are
 run four at a time, as far as the climb needs. Written to --out: ladder.csv, grains.json,
 ladder.html and a figure.
 """

@@ -1,25 +1,27 @@
-"""The two DEM engines against each other: LIGGGHTS between bumpy walls and LAMMPS in homogeneous shear."""
+"""The two DEM engines against each other.
+
+LIGGGHTS between bumpy walls and LAMMPS in homogeneous shear.
+"""
+
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from compare.element.calibration import by_point
+from compare.element.blocks import by_point
+from compare.element.records import Rows
 
 
-def deviations(walls: list[dict], homogeneous: list[dict], density: float) -> list[dict]:
-    """For each run between walls, its p/(rho_s T) and s/p over those of homogeneous shear at the core's solid fraction, less 1.
+def deviations(walls: Rows, homogeneous: Rows, density: float) -> list[dict]:
+    """For each run between walls, its p/(rho_s T) and s/p over those of homogeneous shear, less 1.
 
-    The homogeneous values are interpolated over solid fraction (monotone cubic, in the logarithm) at the shear rate nearest to
-    the core's.
+    At the core's solid fraction: the homogeneous values are interpolated over it (monotone cubic,
+    in the logarithm) at the shear rate nearest to the core's. `density` of a grain [kg/m3].
     """
     deviations = []
     for wall in walls:
         rates = {row["shear_rate"] for row in homogeneous}
         rate = min(rates, key=lambda r: abs(np.log(r / wall["core_shear_rate"])))
-        points = by_point(
-            [row for row in homogeneous if row["shear_rate"] == rate],
-            ("solid_fraction",),
-            lambda seeds: seeds,
-        )
+        nearest = [row for row in homogeneous if row["shear_rate"] == rate]
+        points = by_point(nearest, ("solid_fraction",))
         nu = [fraction for (fraction,) in points]
 
         def expected(view):
@@ -42,9 +44,10 @@ def deviations(walls: list[dict], homogeneous: list[dict], density: float) -> li
     return deviations
 
 
-def sentences(walls: list[dict], homogeneous: list[dict], density: float) -> list[str]:
+def sentences(walls: Rows, homogeneous: Rows, density: float) -> list[str]:
     return [
-        f"cross-check, LIGGGHTS between bumpy walls against LAMMPS in homogeneous shear, at nu {d['core_solid_fraction']:.3f}: "
-        f"p/(rho T) {d['pressure over temperature']:+.1%}, s/p {d['stress ratio']:+.1%}."
+        "cross-check, LIGGGHTS between bumpy walls against LAMMPS in homogeneous shear, at nu "
+        f"{d['core_solid_fraction']:.3f}: p/(rho T) {d['pressure over temperature']:+.1%}, "
+        f"s/p {d['stress ratio']:+.1%}."
         for d in deviations(walls, homogeneous, density)
     ]

@@ -1,10 +1,15 @@
-"""How far the law is from the grains in an element test: one row per observation and card, and a sentence of verdict."""
+"""How far the law is from the grains in an element test.
+
+One row per observation and card, and a sentence of verdict.
+"""
+
 import numpy as np
 
-from compare.element.calibration import Block
-from compare.element.model import Model
+from compare.element.blocks import Block
+from compare.element.model import Law
 
-CLOSE = 0.20  # an error this small counts as agreement where the DEM scatter does not already explain it
+# An error this small counts as agreement where the DEM scatter does not already explain it.
+CLOSE = 0.20
 
 
 def is_plain(block: Block) -> bool:
@@ -12,8 +17,8 @@ def is_plain(block: Block) -> bool:
     return block.kind.endswith("void ratio")
 
 
-def table(blocks: list[Block], models: dict[str, Model]) -> list[dict]:
-    """Rows with test and quantity, point, card, dem, dem_scatter (standard error over seeds), model, error.
+def table(blocks: list[Block], models: dict[str, Law]) -> list[dict]:
+    """Rows with quantity, point, card, dem, dem_scatter (standard error over seeds), model, error.
 
     Scatter and error are relative to the DEM value, for a void ratio absolute.
     """
@@ -45,7 +50,10 @@ def table(blocks: list[Block], models: dict[str, Model]) -> list[dict]:
 
 
 def verdicts(rows: list[dict]) -> list[str]:
-    """One sentence per quantity and card: how many points agree, the median error, the worst and where."""
+    """One sentence per quantity and card.
+
+    How many points agree, the median error, the worst and where.
+    """
     sentences = []
     for quantity, card in dict.fromkeys((row["quantity"], row["card"]) for row in rows):
         chosen = [row for row in rows if (row["quantity"], row["card"]) == (quantity, card)]
@@ -74,8 +82,8 @@ def verdicts(rows: list[dict]) -> list[str]:
             else "agrees in part"
         )
         sentences.append(
-            f"{quantity}, {card}: {word} ({good} of {len(chosen)} points within {say(close)} or twice the DEM "
-            f"scatter); median error {say(median)} against a DEM scatter of {say(scatter)}; worst "
-            f"{say(worst['error'], signed=True)} at {worst['point']}."
+            f"{quantity}, {card}: {word} ({good} of {len(chosen)} points within {say(close)} or "
+            f"twice the DEM scatter); median error {say(median)} against a DEM scatter of "
+            f"{say(scatter)}; worst {say(worst['error'], signed=True)} at {worst['point']}."
         )
     return sentences

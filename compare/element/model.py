@@ -1,34 +1,36 @@
-"""The solid-fluid law on the element tests' paths, in closed form: an independent check of the C++ and what calibration fits.
+"""The solid-fluid law on the element tests' paths, in closed form.
 
-Steady simple shear, homogeneous cooling, triaxial compression after yield and isotropic compression need no stress integration.
+An independent check of the C++, and what calibration fits. Steady simple shear, homogeneous
+cooling, triaxial compression after yield and isotropic compression need no stress integration.
 Symbols as in [Ceccato2019]; compression positive; nu = 1/(1 + e).
 """
-from dataclasses import dataclass, fields, replace
+
 import tomllib
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from math import asin, exp, sin, sqrt
+from typing import Protocol
 
 import numpy as np
 
 from cases.errors import CaseError
 from cases.programs import ROOT
-from dem_reference.element.grains import Grains
+from dem_reference.grains import Grains
 
 DENSE = 0.49  # solid fraction above which collisions correlate [Berzi2014]
-RANDOM_CLOSE = (
-    0.636  # random close packing of spheres, where the correlation length diverges [Berzi2014]
-)
-EXPONENT = {
-    "linear": 1.0,
-    "two_thirds": 1.5,
-    "square_root": 2.0,
-}  # m of the critical-state locus, by its form
+# Random close packing of spheres, where the correlation length diverges [Berzi2014].
+RANDOM_CLOSE = 0.636
+# m of the critical-state locus, by its form.
+EXPONENT = {"linear": 1.0, "two_thirds": 1.5, "square_root": 2.0}
 SQRT_PI = np.sqrt(np.pi)
 
 
 @dataclass(frozen=True)
 class Card:
-    """The constants of a material card; names, units and defaults are those of cases/schema.toml, table material."""
+    """The constants of a material card.
+
+    Names, units and defaults are those of cases/schema.toml, table material.
+    """
 
     bulk_stiffness: float
     shear_stiffness: float
@@ -66,6 +68,40 @@ class Card:
         return replace(self, **values)
 
 
+class Law(Protocol):
+    """What answers for the law in an element test: Model in closed form, PointModel by the C++."""
+
+    @property
+    def card(self) -> Card:
+        ...
+
+    @property
+    def grains(self) -> Grains:
+        ...
+
+    @property
+    def nu_c(self) -> float:
+        ...
+
+    def frictionless(self) -> "Law":
+        ...
+
+    def shear(self, nu, rate) -> dict:
+        ...
+
+    def cooling_time(self, nu, T0, T):
+        ...
+
+    def isotropic(self, void_ratio, pressure, pressures):
+        ...
+
+    def triaxial(self, void_ratio: float, lateral: float, axial_strain) -> dict:
+        ...
+
+    def moduli(self, pressure):
+        ...
+
+
 @dataclass(frozen=True)
 class Model:
     """A card for given grains. Arguments may be arrays unless said otherwise."""
@@ -78,7 +114,10 @@ class Model:
         return 1 / (1 + self.card.critical_void_ratio)
 
     def frictionless(self) -> "Model":
-        """Plain kinetic theory for mu = 0: e_n dissipates, and the contact value diverges at random close packing."""
+        """Plain kinetic theory for mu = 0.
+
+        e_n dissipates, and the contact value diverges at random close packing.
+        """
         card = self.card.with_values(
             effective_restitution=self.grains.restitution,
             correlation_length="none",
@@ -86,10 +125,14 @@ class Model:
         )
         return Model(card, self.grains)
 
-    # --- collisional part -------------------------------------------------------------------------------------------------
+    # --- collisional part -------------------------------------------------------------------------
 
     def inverse_G(self, nu):
-        """1/G = 1/(nu g0), zero at and above nu_c: g0 = (1 - w) CS + 2 w/(nu_c - nu), w = ((nu - nu_m)/(nu_c - nu_m))^2."""
+        """1/G = 1/(nu g0), zero at and above nu_c.
+
+        g0 = (1 - w) CS + 2 w/(nu_c - nu), w = ((nu - nu_m)/(nu_c - nu_m))^2, CS Carnahan and
+        Starling's.
+        """
         nu = np.asarray(nu, dtype=float)
         nu_m = 1 / (1 + self.card.loose_void_ratio)
         carnahan_starling = (2 - nu) / (2 * (1 - nu) ** 3)
@@ -118,7 +161,8 @@ class Model:
             length = np.clip(
                 (0.0625 * x ** (-2 / 3) * 15 * (1 - ee**2) / (2 * self.J(nu))) ** (1 / 3), 1, 10
             )
-        else:  # sqrt(2 J/(15 (1 - ee^2))) [1 + 26 (1 - ee)/15 (nu - 0.49)/(nu_rcp - nu)]^(3/2)
+        else:
+            # sqrt(2 J/(15 (1 - ee^2))) [1 + 26 (1 - ee)/15 (nu - 0.49)/(nu_rcp - nu)]^(3/2)
             excess = 26 * (1 - ee) / 15 * (nu - DENSE) / np.maximum(RANDOM_CLOSE - nu, 1e-3)
             length = (
                 np.sqrt(2 * self.J(nu) / (15 * (1 - ee**2))) * (1 + np.maximum(excess, 0)) ** 1.5
@@ -132,7 +176,7 @@ class Model:
         softness = np.sqrt(self.grains.density / self.grains.young_modulus)
         return 24 / (5 * SQRT_PI) * softness * self.card.collision_time_factor
 
-    # --- quasi-static part ------------------------------------------------------------------------------------------------
+    # --- quasi-static part ------------------------------------------------------------------------
 
     def critical_pressure(self, nu):
         """p_cs = a_L E_p max(nu - nu_c, 0)^m [Pa]."""
@@ -153,24 +197,30 @@ class Model:
 
     @cached_property
     def shear_ratio(self) -> float:
-        """s/p at the critical state in simple shear: on the cone, with isochoric pure-shear plastic flow."""
+        """s/p at the critical state in simple shear: on the cone, with isochoric plastic flow."""
         return simple_shear_ratio(self.card.stress_ratio)
 
     def moduli(self, pressure):
-        """Tangent bulk and shear modulus on the isotropic axis, k pa (p/pa)^n and g pa (p/pa)^n [Pa]."""
+        """Tangent bulk and shear modulus on the isotropic axis [Pa].
+
+        k pa (p/pa)^n and g pa (p/pa)^n.
+        """
         scale = (
             self.card.atmospheric_pressure
             * (pressure / self.card.atmospheric_pressure) ** self.card.stiffness_exponent
         )
         return self.card.bulk_stiffness * scale, self.card.shear_stiffness * scale
 
-    # --- the tests --------------------------------------------------------------------------------------------------------
+    # --- the tests --------------------------------------------------------------------------------
 
     def shear(self, nu, rate) -> dict:
-        """Steady simple shear at constant volume: granular_temperature [m2/s2], pressure and shear_stress [Pa].
+        """Steady simple shear at constant volume.
 
-        T/(gdot d)^2 = (2 J/15) (L/d)/(1 - ee^2); p = 4 nu Y F rho T + p_cs, s = 8 J nu Y rho d sqrt(T) gdot/(5 sqrt(pi))
-        + (s/p)_cs p_cs, with Y = 1/(1/G + kap sqrt(T)).
+        granular_temperature [m2/s2], pressure and shear_stress [Pa]:
+
+            T/(gdot d)^2 = (2 J/15) (L/d)/(1 - ee^2),  Y = 1/(1/G + kap sqrt(T))
+            p = 4 nu Y F rho T + p_cs
+            s = 8 J nu Y rho d sqrt(T) gdot/(5 sqrt(pi)) + (s/p)_cs p_cs
         """
         nu, rate = np.asarray(nu, dtype=float), np.asarray(rate, dtype=float)
         d, rho = self.grains.diameter, self.grains.density
@@ -207,7 +257,7 @@ class Model:
         return (self.inverse_G(nu) * (1 / v - 1 / v0) + self.kappa * np.log(v0 / v)) / c
 
     def isotropic(self, void_ratio, pressure, pressures):
-        """Void ratio at `pressures` on the elastic isotropic path through (void_ratio, pressure)."""
+        """Void ratio at `pressures` on the elastic path through (void_ratio, pressure)."""
         n, pa = self.card.stiffness_exponent, self.card.atmospheric_pressure
 
         def strain(p):
@@ -216,11 +266,12 @@ class Model:
         return (1 + void_ratio) * np.exp(strain(pressure) - strain(pressures)) - 1
 
     def triaxial(self, void_ratio: float, lateral: float, axial_strain) -> dict:
-        """Drained triaxial compression from isotropic `lateral` stress [Pa] at `void_ratio`, at each axial strain.
+        """Drained triaxial compression from isotropic `lateral` stress [Pa] at `void_ratio`.
 
-        Elastic at constant lateral stress until q = M_c p; then the stress stays, and with it the elastic strain:
-        d eps_v = D d eps_q, D = A_psi (e - e_cs(p)) bounded by min(0.5, M_c/2), eps_q = eps_a - eps_v/3.
-        Returns deviator and pressure [Pa], void_ratio and volumetric_strain [-].
+        Elastic at constant lateral stress until q = M_c p; then the stress stays, and with it the
+        elastic strain: d eps_v = D d eps_q, D = A_psi (e - e_cs(p)) bounded by min(0.5, M_c/2),
+        eps_q = eps_a - eps_v/3. Returns, at each axial strain, deviator and pressure [Pa],
+        void_ratio and volumetric_strain [-].
         """
         axial_strain = np.asarray(axial_strain, dtype=float)
         m_c = self.card.stress_ratio
@@ -264,9 +315,10 @@ class Model:
         }
 
     def triaxial_elastic(self, lateral, q):
-        """Axial and volumetric strain from isotropic `lateral` stress to deviator q, by Houlsby, Amorosi & Rojas 2005.
+        """Axial and volumetric strain from isotropic `lateral` stress to deviator q.
 
-        eps_v = p P0^-n/(k (1 - n) pa^(1-n)) + const, eps_q = q P0^-n/(3 g pa^(1-n)), P0^2 = p^2 + k (1 - n) q^2/(3 g).
+        By Houlsby, Amorosi & Rojas 2005: eps_v = p P0^-n/(k (1 - n) pa^(1-n)) + const,
+        eps_q = q P0^-n/(3 g pa^(1-n)), P0^2 = p^2 + k (1 - n) q^2/(3 g).
         """
         k, g, n, pa = (
             self.card.bulk_stiffness,
@@ -283,8 +335,9 @@ class Model:
 def simple_shear_ratio(stress_ratio: float) -> float:
     """s/p where isochoric plastic flow on the Lade-Duncan cone is a simple shear.
 
-    eta = s/p = t (xy) + c diag(1, 1, -2). The flow direction dev(eta - eta.eta) has no zz part when t^2 = 3 c (1 + c), which
-    leaves 3 c - 4 c^3 of the cone's (eta:eta)/2 - tr(eta^3)/3 = M^2/3 - 2 M^3/27: c = sin(asin(M^2/3 - 2 M^3/27)/3).
+    eta = s/p = t (xy) + c diag(1, 1, -2). The flow direction dev(eta - eta.eta) has no zz part when
+    t^2 = 3 c (1 + c), which leaves 3 c - 4 c^3 of the cone's
+    (eta:eta)/2 - tr(eta^3)/3 = M^2/3 - 2 M^3/27: c = sin(asin(M^2/3 - 2 M^3/27)/3).
     """
     c = sin(asin(stress_ratio**2 / 3 - 2 * stress_ratio**3 / 27) / 3)
     return sqrt(3 * c * (1 + c))

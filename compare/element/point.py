@@ -1,7 +1,9 @@
-"""The law on the element tests' paths, by the program that the solver's law is compiled into: mpm_point.
+"""The law on the element tests' paths, by the program that it is compiled into: mpm_point.
 
-PointModel answers what element_model.Model answers in closed form, by driving a material point; the two must agree.
+PointModel answers what Model answers in closed form, by driving a material point; the two must
+agree.
 """
+
 import csv
 import json
 import subprocess
@@ -11,23 +13,21 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.element.model import Card, Model
 from cases.errors import EngineError
 from cases.programs import ROOT, program
-from dem_reference.element.grains import Grains
-from dem_reference.element.triaxial import rate_of
+from compare.element.model import Card, Model
+from dem_reference.grains import Grains
 
-BASE = (
-    ROOT / "cases" / "column" / "case.toml"
-)  # any scene: only its material and grains are read, and those are set here
+# Any scene: only its material and grains are read, and those are set here.
+BASE = ROOT / "cases" / "column" / "case.toml"
 QUIET = 1e-15  # granular temperature of a packing at rest [m2/s2]
 
 
 class PointModel:
-    """A card for given grains, driven point by point; the methods are those of element_model.Model.
+    """A card for given grains, driven point by point; the methods are those of Model.
 
-    Triaxial compression goes at the rate of `inertial_number`: at e < e_c the law's collisional stress depends on the rate
-    however slow it is, and the closed form is its limit at no rate.
+    Triaxial compression goes at the rate of `inertial_number`: at e < e_c the law's collisional
+    stress depends on the rate however slow it is, and the closed form is its limit at no rate.
     """
 
     def __init__(self, card: Card, grains: Grains, inertial_number: float = 1e-6):
@@ -53,9 +53,9 @@ class PointModel:
     def _drive(
         self, void_ratio: float, pressure: float, temperature: float, *legs: str, every: int = 1
     ) -> dict:
-        """Columns of mpm_point's CSV for a path of `legs` (TOML tables without their header), as arrays by name.
+        """Columns of mpm_point's CSV for a path of `legs`, as arrays by name.
 
-        A row per `every` steps is kept.
+        A leg is a TOML table without its header. A row per `every` steps is kept.
         """
         text = [
             f"case = {json.dumps(str(BASE))}",
@@ -77,7 +77,8 @@ class PointModel:
                 )
             except FileNotFoundError:
                 raise EngineError(
-                    f"{program('mpm_point')}: no such program (not built) Build it with: ./grainpair doctor"
+                    f"{program('mpm_point')}: no such program (not built) "
+                    "Build it with: ./grainpair doctor"
                 ) from None
             if done.returncode:
                 raise EngineError(f"mpm_point: {done.stderr.strip()}")
@@ -89,7 +90,7 @@ class PointModel:
         return dict(zip(rows[0], np.array(rows[1:], dtype=float).T))
 
     def shear(self, nu, rate) -> dict:
-        """Steady simple shear at constant volume; see Model.shear. The stress is that of the last step."""
+        """Steady simple shear at constant volume; see Model.shear. Stress of the last step."""
         nu, rate = np.broadcast_arrays(np.asarray(nu, dtype=float), np.asarray(rate, dtype=float))
         names = ("granular_temperature", "pressure", "shear_stress")
         answers = np.array(
@@ -98,7 +99,8 @@ class PointModel:
         return {name: values.reshape(nu.shape) for name, values in zip(names, answers.T)}
 
     def _steady(self, nu: float, rate: float) -> tuple[float, float, float]:
-        # Denser than critical, the path starts at half the critical pressure: from no stress at all, none would build up.
+        # Denser than critical, the path starts at half the critical pressure: from no stress at
+        # all, none would build up.
         start = 0.5 * float(Model(self.card, self.grains).critical_pressure(nu))
         end = self.drive(
             1 / nu - 1,
@@ -134,11 +136,9 @@ class PointModel:
     def triaxial(self, void_ratio: float, lateral: float, axial_strain) -> dict:
         """Drained triaxial compression; see Model.triaxial."""
         axial_strain = np.asarray(axial_strain, dtype=float)
-        rate = rate_of(self.inertial_number, self.grains, lateral)
-        start, end = (
-            0.01,
-            float(axial_strain.max()) * 1.001,
-        )  # the elastic rise is short: small steps there
+        rate = self.grains.strain_rate(self.inertial_number, lateral)
+        # The elastic rise is short: small steps there.
+        start, end = 0.01, float(axial_strain.max()) * 1.001
         history = self.drive(
             float(void_ratio),
             float(lateral),
@@ -163,7 +163,10 @@ class PointModel:
         }
 
     def isotropic(self, void_ratio, pressure, pressures):
-        """Void ratio at `pressures` on the isotropic path through (void_ratio, pressure); see Model.isotropic."""
+        """Void ratio at `pressures` on the isotropic path through (void_ratio, pressure).
+
+        See Model.isotropic.
+        """
         history = self.drive(
             float(void_ratio),
             float(pressure),
@@ -174,7 +177,10 @@ class PointModel:
         return np.interp(pressures, history["p_q"], history["void_ratio"])
 
     def moduli(self, pressure):
-        """Tangent bulk and shear modulus on the isotropic axis, from strains of 1e-6; see Model.moduli."""
+        """Tangent bulk and shear modulus on the isotropic axis, from strains of 1e-6.
+
+        See Model.moduli.
+        """
         answers = np.array([self._moduli(float(p)) for p in np.atleast_1d(pressure)]).T
         return answers if np.ndim(pressure) else answers[:, 0]
 

@@ -8,7 +8,6 @@ velocities tell: kinetic, rotational, potential; what has gone is booked as diss
 energy included.
 """
 
-import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 
 from cases.case import Case
 from cases.errors import CaseError
+from cases.files import replacing
 from compare.mapping.runs import GLUED
 
 NEEDED = ("id", "x", "y", "z", "vx", "vy", "vz")
@@ -186,9 +186,5 @@ def convert(paths: Iterable[Path], scene: Case, time_step: float, output: Path):
         raise CaseError(f"{error.filename}: cannot be read ({error.strerror})") from error
     if not frames:
         raise CaseError("grainpair compare: the dumps hold no snapshot")
-    part = output.with_name(output.name + ".part")
-    try:
+    with replacing(output) as part:
         write(frames, scene, time_step, part)
-        os.replace(part, output)
-    finally:
-        part.unlink(missing_ok=True)

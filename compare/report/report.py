@@ -19,7 +19,8 @@ import matplotlib.pyplot as plt
 
 from compare.verdict import comparison
 from compare.verdict import controls
-from compare.report.charts import STYLE, all_charts
+from cases.style import STYLE
+from compare.report.charts import all_charts
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically
 from compare.report.width_study import study
@@ -128,7 +129,7 @@ def page(template: str, runs, case, **values) -> str:
 def render(
     c, metrics: dict, figures: list[Figure], judged: list[controls.Control], mapping: dict
 ) -> str:
-    case = c.dem[0].case
+    case = c.mpm[0].case  # kept grains may stem from a case of another title and other margins
     return page(
         "report.html.j2",
         c.mpm + c.dem,

@@ -1,4 +1,6 @@
-"""Stability maps: planes of what makes a method fail, their measured boundaries, and the failures known by name."""
+"""Stability maps: planes of what makes a method fail, their measured boundaries, and the failures
+known by name.
+"""
 
 import math
 from pathlib import Path
@@ -40,7 +42,9 @@ def default_of(plane: dict, scene: Case) -> float:
 
 
 def table(planes: list[dict], rows: list[list[tuple[float, dict]]], scene: Case) -> pd.DataFrame:
-    """One line per run of every row, with the row's boundary and how far inside it the default and the claimed limit lie."""
+    """One line per run of every row, with the row's boundary and how far inside it the default and
+    the claimed limit lie.
+    """
     out = []
     for plane, found in zip(planes, rows):
         for value, row in found:
@@ -66,7 +70,9 @@ def table(planes: list[dict], rows: list[list[tuple[float, dict]]], scene: Case)
 
 
 def limit(plane: dict, value: float, scene: Case) -> float:
-    """The claimed limit of a row: 1, the whole of what the solver takes for stable; of the grains, ten steps in a contact."""
+    """The claimed limit of a row: 1, the whole of what the solver takes for stable; of the grains,
+    ten steps in a contact.
+    """
     if plane["engine"] == "mpm":
         return 1.0
     sets = tuple(assignment(key, v) for key, v in plane.get("set", {}).items())
@@ -74,10 +80,12 @@ def limit(plane: dict, value: float, scene: Case) -> float:
 
 
 def relaxation_limit(plane: dict, value: float, scene: Case) -> float:
-    """Share of the claimed limit at which an explicit step of granular temperature overshoots zero, where the plane takes one and
-    its rows are cell sizes; NaN elsewhere. At e <= e_c, with L = d: (3/2) kap T_dot = -Q T, so dt = 3/2 kap/Q with
-    kap = 24/(5 sqrt(pi)) sqrt(rho/E), Q = 12 (1 - ee^2)/(sqrt(pi) d) (mpm/materials/kinetic_theory.hpp); the claimed limit there is
-    that of the critical-state locus, h/(c sqrt(2)), c = sqrt(a_L E/rho)."""
+    """Share of the claimed limit at which an explicit step of granular temperature overshoots zero,
+    where the plane takes one and its rows are cell sizes; NaN elsewhere. At e <= e_c, with L = d:
+    (3/2) kap T_dot = -Q T, so dt = 3/2 kap/Q with kap = 24/(5 sqrt(pi)) sqrt(rho/E), Q = 12 (1 -
+    ee^2)/(sqrt(pi) d) (mpm/materials/kinetic_theory.hpp); the claimed limit there is that of the
+    critical-state locus, h/(c sqrt(2)), c = sqrt(a_L E/rho).
+    """
     if (
         plane.get("set", {}).get("material.temperature_update") != "explicit"
         or plane["across"] != "mpm.cell_size"
@@ -95,19 +103,32 @@ def relaxation_limit(plane: dict, value: float, scene: Case) -> float:
 
 
 def damping(point: dict, scene: Case) -> float:
-    """Rate at which numerics eat kinetic energy: energy lost over the time integral of kinetic energy [1/sqrt(H/g)]."""
+    """Rate at which numerics eat kinetic energy: energy lost over the time integral of kinetic
+    energy [1/sqrt(H/g)].
+    """
     run = expand(point, scene)
     return float(run.energy["unaccounted"][-1] / np.trapz(run.energy["kinetic"], run.energy_tau()))
 
 
 def recipes_of(failure: dict, timeout: float) -> tuple[Recipe, Recipe]:
-    """The recipe that shows a named failure and the same with the defaults in place of what it changes."""
+    """The recipe that shows a named failure and the same with the defaults in place of what it
+    changes.
+    """
     where = [assignment(key, value) for key, value in failure.get("where", {}).items()]
     cause = [assignment(key, value) for key, value in failure["set"].items()]
     return (
         Recipe("mpm", tuple(where + cause), failure["name"], timeout),
         Recipe("mpm", tuple(where), failure["name"], timeout),
     )
+
+
+def trend_recipes(trend: dict, timeout: float) -> list[Recipe]:
+    """A trend's recipes: one for each value of the key that it goes along."""
+    fixed = [assignment(key, value) for key, value in trend["set"].items()]
+    return [
+        Recipe("mpm", (*fixed, assignment(trend["along"], value)), trend["name"], timeout)
+        for value in trend["values"]
+    ]
 
 
 def detected(point: dict) -> str:
@@ -178,10 +199,12 @@ def sentences(plane: dict, rows: list[tuple[float, dict]], scene: Case) -> list[
     failures = sorted({run["status"] for _, row in rows for run in row["runs"]} - {"ok"})
     if any(math.isnan(value) for value in good):
         return [
-            f"unstable already at {plane['between'][0]:g} in {sum(map(math.isnan, good))} of {len(good)} rows ({', '.join(failures)})"
+            f"unstable already at {plane['between'][0]:g} in {sum(map(math.isnan, good))} of "
+            f"{len(good)} rows ({', '.join(failures)})"
         ]
     return [
-        f"stable to {min(good):.2g}–{max(good):.2g}{beyond} of {plane['along'].replace('_', ' ')}: at least {min(limits):.2g} times "
-        f"the claimed limit, {min(good) / default_of(plane, scene):.2g} times the default",
+        f"stable to {min(good):.2g}–{max(good):.2g}{beyond} of {plane['along'].replace('_', ' ')}: "
+        f"at least {min(limits):.2g} times the claimed limit, "
+        f"{min(good) / default_of(plane, scene):.2g} times the default",
         f"beyond it: {', '.join(failures)}" if failures else "no failure within the range",
     ]

@@ -18,9 +18,11 @@ RATIO = 1.1  # the boundary lies between two runs whose values differ by no more
 def bisect(
     classify, low: float, high: float, ratio: float = RATIO
 ) -> tuple[list[dict], float, float]:
-    """The runs made, the largest value found good and the smallest found bad; NaN and inf where there is none.
+    """The runs made, the largest value found good and the smallest found bad; NaN and inf where
+    there is none.
 
-    classify(value) -> {"status": …}. One boundary is assumed between the ends; if the low end fails it is not looked for.
+    classify(value) -> {"status": …}. One boundary is assumed between the ends; if the low end fails
+    it is not looked for.
     """
     runs = [{"value": value} | classify(value) for value in (low, high)]
     if runs[0]["status"] != "ok":

@@ -1,8 +1,10 @@
-"""Do the numerics decide the result? Settings that should not matter, against the scatter of runs that differ by nothing.
+"""Do the numerics decide the result? Settings that should not matter, against the scatter of runs
+that differ by nothing.
 
-The table [convergence] of a case's study.toml holds groups; a group is a setting of the case, `runs` copies of it whose points
-are displaced by 1e-10 of their spacing, and the changes that it is tried with. A granular flow is chaotic: what a change of the
-numerics does is seen above that scatter only.
+The table [convergence] of a case's study.toml holds groups; a group is a setting of the case,
+`runs` copies of it whose points are displaced by 1e-10 of their spacing, and the changes that it is
+tried with. A granular flow is chaotic: what a change of the numerics does is seen above that
+scatter only.
 """
 
 from dataclasses import replace
@@ -44,16 +46,19 @@ def plan(study: dict) -> list[dict]:
 
 
 def table(settings: list[dict], found: list[list[dict]]) -> pd.DataFrame:
-    """A row for each figure of each setting: mean and standard deviation of its runs; where it has a limit, the change from the group's
-    base relative to the base's mean with the half-width of its 90 % interval, or the mean itself, and the verdict.
+    """A row for each figure of each setting: mean and standard deviation of its runs; where it has
+    a limit, the change from the group's base relative to the base's mean with the half-width of its
+    90 % interval, or the mean itself, and the verdict.
     """
-    rows, base = [], None
+    rows: list[dict] = []
+    base: list[dict] = []
     for setting, runs in zip(settings, found):
         if setting["name"] == BASE:
             base = runs
         for figure in (name for name, value in runs[0].items() if isinstance(value, (int, float))):
             values, others = (
-                np.array([one[figure] for one in sample], dtype=float) for sample in (runs, base)
+                np.array([one[figure] for one in sample], dtype=np.float64)
+                for sample in (runs, base)
             )
             row = {
                 "group": setting["group"],

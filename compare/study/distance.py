@@ -1,4 +1,6 @@
-"""How far runs are from one another, and what they cost, told from their signatures (compare/study/signature.py)."""
+"""How far runs are from one another, and what they cost, told from their signatures
+(compare/study/signature.py).
+"""
 
 import numpy as np
 
@@ -22,8 +24,9 @@ def cost(signature: dict) -> float:
 
 
 def mean(signatures: list[dict], scene: Case) -> dict:
-    """The mean of an ensemble: of the quantile functions (the barycentre in Wasserstein's distance) and of the histories
-    scaled to one mass."""
+    """The mean of an ensemble: of the quantile functions (the barycentre in Wasserstein's distance)
+    and of the histories scaled to one mass.
+    """
     runs = [expand(signature, scene) for signature in signatures]
     pair([], runs)
     tau = max((signature["tau"] for signature in signatures), key=lambda times: times[-1])
@@ -42,8 +45,9 @@ def mean(signatures: list[dict], scene: Case) -> dict:
 
 
 def errors(signature: dict, reference: dict, scene: Case) -> dict[str, float]:
-    """How far a run is from a reference, each relative: the run-out to the final length, the deposit to L0, the kinetic energy
-    to the area under the reference's, the dissipation to the energy it releases; and their root mean square.
+    """How far a run is from a reference, each relative: the run-out to the final length, the
+    deposit to L0, the kinetic energy to the area under the reference's, the dissipation to the
+    energy it releases; and their root mean square.
     """
     run, other = expand(signature, scene), expand(reference, scene)
     pair([run], [other])

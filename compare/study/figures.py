@@ -32,8 +32,9 @@ WHOLE_CELLS = 2  # between the surface and the points whose pressure counts
 
 
 def figures(run: Run) -> dict:
-    """Run-outs [L0] by 99.5 and 99 % of the mass, height [H] by 99.5 %, peak [of the energy released] and its time [sqrt(H/g)];
-    accounts at the end and `loss`, of transfer and time integration, over the energy released; roughness of the pressure.
+    """Run-outs [L0] by 99.5 and 99 % of the mass, height [H] by 99.5 %, peak [of the energy
+    released] and its time [sqrt(H/g)]; accounts at the end and `loss`, of transfer and time
+    integration, over the energy released; roughness of the pressure.
     """
     run.reference_energy = run.released()
     end = run.clouds[-1]
@@ -69,8 +70,9 @@ def figures(run: Run) -> dict:
 
 
 def pressure_roughness(run: Run) -> tuple[float, float]:
-    """Root mean square of the pressure about a cubic over its mean, where the column stood: of the cells' means, and of these averaged
-    once more through the grid's quadratic B-splines, as its momentum balance does; NaN where too few points lie deep enough.
+    """Root mean square of the pressure about a cubic over its mean, where the column stood: of the
+    cells' means, and of these averaged once more through the grid's quadratic B-splines, as its
+    momentum balance does; NaN where too few points lie deep enough.
     """
     cloud, h = run.clouds[-1], run.case["mpm.cell_size"]
     x, volume = cloud.x[:, :2], cloud.solid_volume * (1.0 + cloud.state["void_ratio"])
@@ -107,7 +109,9 @@ def pressure_roughness(run: Run) -> tuple[float, float]:
 
 
 def averaged(values, volume, shares):
-    """Points to places and back: shares holds, for each place a point has a share in, (its number, the share)."""
+    """Points to places and back: shares holds, for each place a point has a share in, (its number,
+    the share).
+    """
     count = max(place.max() for place, _ in shares) + 1
     weight = sum(np.bincount(place, volume * share, count) for place, share in shares)
     total = sum(np.bincount(place, volume * share * values, count) for place, share in shares)

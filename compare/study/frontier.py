@@ -1,4 +1,4 @@
-"""Speed against accuracy: the points of a frontier, their Pareto front, and what it says in words."""
+"""Speed against accuracy: the points of a frontier, their front, and what it says in words."""
 
 import math
 
@@ -30,8 +30,9 @@ KEYS = {
 
 
 def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) -> pd.DataFrame:
-    """One row per point: its recipe, cost [s per sqrt(H/g)], status, `error_*` from the grains' mean, and `numerical_*` from
-    the fine-grid solution of the same law; NaN where there is none."""
+    """One row per point: its recipe, cost [s per sqrt(H/g)], status, `error_*` from the grains'
+    mean, and `numerical_*` from the fine-grid solution of the same law; NaN where there is none.
+    """
     limits = {
         value_of(point, "material.law", scene): point for point in fine if point["status"] == "ok"
     }
@@ -102,12 +103,16 @@ def front(costs, values) -> np.ndarray:
 
 
 def grain_cost(reference: dict) -> float:
-    """Processor seconds per sqrt(H/g) of the grains as the case has them, their packing left out: mean over the seeds."""
+    """Processor seconds per sqrt(H/g) of the grains as the case has them, their packing left out:
+    mean over the seeds.
+    """
     return float(np.mean(reference["cpu_seconds"])) / reference["duration"]
 
 
 def band(reference: dict, name: str) -> float:
-    """The largest error of a seed against the mean of the others: below it a point is one seed more."""
+    """The largest error of a seed against the mean of the others: below it a point is one seed
+    more.
+    """
     return max(reference["scatter"][name])
 
 
@@ -118,7 +123,9 @@ def best(points: pd.DataFrame, name: str, level: float) -> pd.Series | None:
 
 
 def sentences(points: pd.DataFrame, reference: dict, name: str) -> list[str]:
-    """What the chart of one metric says: the best recipe at each level and how many times cheaper than the grains it is."""
+    """What the chart of one metric says: the best recipe at each level and how many times cheaper
+    than the grains it is.
+    """
     dear, out = grain_cost(reference), []
     for level in LEVELS:
         found = best(points, name, level)
@@ -131,13 +138,15 @@ def sentences(points: pd.DataFrame, reference: dict, name: str) -> list[str]:
                 ""
                 if nearest is None
                 else (
-                    f"; the continuum's nearest, {nearest['label']}, is {nearest[f'error_{name}']:.1%} off"
+                    f"; the continuum's nearest, {nearest['label']}, is "
+                    f"{nearest[f'error_{name}']:.1%} off"
                 )
             )
             out.append(f"{level:.0%}: no recipe but the grains themselves{tail}")
         else:
             out.append(
-                f"{level:.0%}: {found['engine'].upper()} {found['label']} ({found[f'error_{name}']:.1%} off) at "
-                f"{found['cost']:.2g} s per √(H/g), {dear / found['cost']:.0f} times cheaper than the grains"
+                f"{level:.0%}: {found['engine'].upper()} {found['label']} "
+                f"({found[f'error_{name}']:.1%} off) at {found['cost']:.2g} s per √(H/g), "
+                f"{dear / found['cost']:.0f} times cheaper than the grains"
             )
     return out

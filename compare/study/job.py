@@ -10,7 +10,9 @@ from cases.programs import ROOT
 
 
 def run(program: str, doc: str, make) -> int:
-    """make(case, task) -> what RESULT.json holds; CONFIG names the case and, under KEY, the task (compare/study/sweep.py)."""
+    """make(case, task) -> what RESULT.json holds; CONFIG names the case and, under KEY, the task
+    (compare/study/sweep.py).
+    """
     parser = argparse.ArgumentParser(prog=program, description=doc.splitlines()[0])
     parser.add_argument("config", type=Path)
     parser.add_argument("key")

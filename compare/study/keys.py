@@ -1,4 +1,6 @@
-"""Keys of what studies keep: of the case with a recipe's assignments in it, the task, and the sources that decide them."""
+"""Keys of what studies keep: of the case with a recipe's assignments in it, the task, and the
+sources that decide them.
+"""
 
 from pathlib import Path
 
@@ -19,7 +21,9 @@ def inputs(engine: str, scene: case.Case) -> dict:
 
 
 def told(path: Path, sets: tuple[str, ...], engine: str) -> dict:
-    """The inputs of a case file with assignments; where they are refused, the validator's line in their place."""
+    """The inputs of a case file with assignments; where they are refused, the validator's line in
+    their place.
+    """
     try:
         return inputs(engine, case.load(path, sets))
     except CaseError as error:
@@ -29,7 +33,8 @@ def told(path: Path, sets: tuple[str, ...], engine: str) -> dict:
 def sources(engine: str, program: str, root: Path = ROOT) -> list[str]:
     """Digests of what makes a result: the engine, and the module `program` with all it imports.
 
-    Studies of both engines share modules; what such a module imports of the other engine's folder decides nothing here.
+    Studies of both engines share modules; what such a module imports of the other engine's folder
+    decides nothing here.
     """
     if engine == "dem":
         return [grains.engine(), grains.sources(program, "dem_reference.run", root=root)]
@@ -39,7 +44,9 @@ def sources(engine: str, program: str, root: Path = ROOT) -> list[str]:
 
 
 def key(program: str, recipe: Recipe, scene: case.Case, task=None, root: Path = ROOT) -> str:
-    """Name that the result of `program` is kept under: of a recipe, and of what else the task asks for."""
+    """Name that the result of `program` is kept under: of a recipe, and of what else the task asks
+    for.
+    """
     asked = [told(scene.path, recipe.sets, recipe.engine), recipe.timeout, recipe.seed, task]
     name = program.rsplit(".", 1)[-1]
     made = sources(recipe.engine, program, root)

@@ -1,4 +1,6 @@
-"""The least model that does: rungs from cheap to dear, climbed until one agrees with the grains and the next one too."""
+"""The least model that does: rungs from cheap to dear, climbed until one agrees with the grains and
+the next one too.
+"""
 
 import tomllib
 
@@ -26,7 +28,9 @@ def rungs(scene: Case) -> list[tuple[str, Recipe]]:
 
 
 def recipe_of(rung: dict, timeout: float, scene: Case) -> Recipe:
-    """`cells` becomes a cell size: of the shorter side of the column, and in three dimensions a divisor of the thickness."""
+    """`cells` becomes a cell size: of the shorter side of the column, and in three dimensions a
+    divisor of the thickness.
+    """
     sets = [assignment(key, value) for key, value in rung.get("set", {}).items()]
     if "cells" in rung:
         size = min(scene["geometry.height"], scene["geometry.length"]) / rung["cells"]
@@ -39,11 +43,12 @@ def recipe_of(rung: dict, timeout: float, scene: Case) -> Recipe:
 def judge(
     point: dict, reference: dict, metric: str, tolerance: float, scene: Case
 ) -> verdict.Verdict | None:
-    """Whether a run's error from the mean of the grains lies within the tolerance, given how few seeds that mean is of.
+    """Whether a run's error from the mean of the grains lies within the tolerance, given how few
+    seeds that mean is of.
 
-    The seeds' scatter enters by the jackknife: with d the error from the mean of all n seeds and d_i that without seed i, the
-    pseudo-values n d - (n - 1) d_i have the mean and the scatter of d [Tukey 1958]; they go through the test of every other
-    verdict. None for a run that failed.
+    The seeds' scatter enters by the jackknife: with d the error from the mean of all n seeds and
+    d_i that without seed i, the pseudo-values n d - (n - 1) d_i have the mean and the scatter of d
+    [Tukey 1958]; they go through the test of every other verdict. None for a run that failed.
     """
     if point["status"] != "ok":
         return None
@@ -56,12 +61,14 @@ def judge(
 
 
 def climb(ladder, run, judged, flight: int = 4) -> tuple[list[dict], int | None]:
-    """Climbs until a rung agrees and the next one does too; returns the rungs tried and the index of that rung.
+    """Climbs until a rung agrees and the next one does too; returns the rungs tried and the index
+    of that rung.
 
-    run(recipes) -> points, asked for `flight` rungs at a time; judged(point) -> Verdict or None. The top rung needs nothing
-    above it.
+    run(recipes) -> points, asked for `flight` rungs at a time; judged(point) -> Verdict or None.
+    The top rung needs nothing above it.
     """
-    tried, points = [], []
+    tried: list[dict] = []
+    points: list[dict] = []
     for i, (name, recipe) in enumerate(ladder):
         if i == len(points):
             points += run([recipe for _, recipe in ladder[i : i + flight]])
@@ -88,8 +95,9 @@ def paragraph(
         ran = [one for one in tried if one["verdict"]]
         nearest = min(ran, key=lambda one: one["verdict"].difference)
         return (
-            f"No rung agrees with the grains within {tolerance:.0%} of the {metric}; the nearest is {nearest['rung']}, "
-            f"{nearest['verdict'].difference:.1%} ± {nearest['verdict'].half_width:.1%} off."
+            f"No rung agrees with the grains within {tolerance:.0%} of the {metric}; the nearest "
+            f"is {nearest['rung']}, {nearest['verdict'].difference:.1%} ± "
+            f"{nearest['verdict'].half_width:.1%} off."
         )
     chosen = tried[stop]
     price = cost(chosen["point"])
@@ -101,8 +109,9 @@ def paragraph(
     ]
     above = [name for name, _ in ladder[stop + 1 :]]
     said = (
-        f"Enough: {chosen['rung']}, {chosen['verdict'].difference:.1%} ± {chosen['verdict'].half_width:.1%} off in the {metric}, at "
-        f"{price:.2g} s per √(H/g), {grains / price:.0f} times cheaper than the grains"
+        f"Enough: {chosen['rung']}, {chosen['verdict'].difference:.1%} ± "
+        f"{chosen['verdict'].half_width:.1%} off in the {metric}, at {price:.2g} s per √(H/g), "
+        f"{grains / price:.0f} times cheaper than the grains"
     )
     if stop + 1 < len(tried):
         said += f"; one rung up ({tried[stop + 1]['rung']}) agrees as well"

@@ -8,6 +8,8 @@ import pandas as pd
 
 from cases.files import write_atomically
 
+Figure = tuple[str, list[str], str]  # heading, sentences, SVG
+
 
 def shown(cell) -> str:
     if isinstance(cell, float):
@@ -19,10 +21,10 @@ def write(
     path: Path,
     title: str,
     origin: dict,
-    figures: list[tuple[str, list[str], str]],
+    figures: list[Figure],
     tables: dict[str, pd.DataFrame],
 ):
-    """`figures` are (heading, sentences, SVG); the last column of a table is set as code."""
+    """The last column of a table is set as code."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
     )

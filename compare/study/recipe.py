@@ -1,9 +1,13 @@
-"""Recipes: an engine and what it is told beside the case. A study's recipes stand in cases/<case>/study.toml."""
+"""Recipes: an engine and what it is told beside the case.
+
+A study's recipes stand in cases/<case>/study.toml.
+"""
 
 import itertools
 import tomllib
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from cases import case
 from cases.errors import CaseError
@@ -54,8 +58,9 @@ class Recipe:
         return asdict(self)
 
     @classmethod
-    def of(cls, values: dict) -> "Recipe":
-        return cls(**values | {"sets": tuple(values["sets"])})
+    def of(cls, values: dict[str, Any]) -> "Recipe":
+        told = values | {"sets": tuple(values["sets"])}
+        return cls(**told)
 
 
 def study(scene: case.Case, name: str) -> dict:
@@ -75,7 +80,10 @@ def study(scene: case.Case, name: str) -> dict:
 
 
 def expand(series: dict, timeout: float) -> list[Recipe]:
-    """The recipes of one [[…series]]: every combination of the values of `vary`, each with the assignments of `set`."""
+    """The recipes of one [[…series]].
+
+    Every combination of the values of `vary`, each with the assignments of `set`.
+    """
     keys, values = list(series.get("vary", {})), list(series.get("vary", {}).values())
     fixed = [assignment(key, value) for key, value in series.get("set", {}).items()]
     recipes = []
@@ -93,12 +101,15 @@ def expand(series: dict, timeout: float) -> list[Recipe]:
 
 
 def assignment(key: str, value) -> str:
-    return f"{key}={str(value).lower() if isinstance(value, bool) else f'{value:g}' if isinstance(value, float) else value}"
+    """The word of --set that gives a key a value."""
+    if isinstance(value, bool):
+        return f"{key}={str(value).lower()}"
+    return f"{key}={value:g}" if isinstance(value, float) else f"{key}={value}"
 
 
 def unique(recipes: list[Recipe]) -> list[Recipe]:
     """Without those that ask for what an earlier one asks for."""
-    seen = {}
+    seen: dict[tuple, Recipe] = {}
     for recipe in recipes:
         seen.setdefault((recipe.engine, frozenset(recipe.sets), recipe.seed), recipe)
     return list(seen.values())

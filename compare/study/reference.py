@@ -1,4 +1,6 @@
-"""What the grains say of a scene: the mean of an ensemble, and how far its members are from one another."""
+"""What the grains say of a scene: the mean of an ensemble, and how far its members are from one
+another.
+"""
 
 import json
 from pathlib import Path
@@ -31,8 +33,9 @@ def arguments(parser):
         "--seeds",
         type=int,
         metavar="N",
-        help="make an ensemble of N seeds, or what is missing of it (dem_reference.ensemble). Without "
-        "these three: that ensemble if it is there, else cases/<case>/reference/grains.json, else 8 seeds",
+        help="make an ensemble of N seeds, or what is missing of it (dem_reference.ensemble). "
+        "Without these three: that ensemble if it is there, else "
+        "cases/<case>/reference/grains.json, else 8 seeds",
     )
 
 
@@ -40,7 +43,8 @@ def obtain(scene: case.Case, options) -> dict:
     """The reference that the options name.
 
     {"about", "made_of": inputs that decide grains, "members": [signature...], "mean": signature,
-    "scatter": {metric: [errors]}, ...}. Raises CaseError where it is of other grains than the scene's.
+    "scatter": {metric: [errors]}, ...}. Raises CaseError where it is of other grains than the
+    scene's.
     """
     if options.reference:
         return read(options.reference, scene)
@@ -65,7 +69,9 @@ def runs_in(folder: Path) -> list[Path]:
 
 
 def read(path: Path, scene: case.Case) -> dict:
-    """A reference as write(…) wrote it; raises CaseError where it does not say that it is of the scene's grains."""
+    """A reference as write(…) wrote it; raises CaseError where it does not say that it is of the
+    scene's grains.
+    """
     try:
         found = json.loads(path.read_text())
         made_of = found["made_of"]
@@ -96,7 +102,8 @@ def of_runs(files: list[Path], scene: case.Case) -> dict:
     """The reference of an ensemble's files. Each member is held against the mean of the others."""
     if len(files) < 2:
         raise CaseError(
-            f"{files[0].parent if files else scene.path}: {len(files)} run of the grains (two at least show a scatter)"
+            f"{files[0].parent if files else scene.path}: {len(files)} run of the grains "
+            "(two at least show a scatter)"
         )
     runs = [open_run(file) for file in files]
     for file, run in zip(files, runs):

@@ -1,4 +1,5 @@
-"""What studies keep of a run: its final distribution of mass along x and its energy histories, small enough for a text file.
+"""What studies keep of a run: its final distribution of mass along x and its energy histories,
+small enough for a text file.
 
 A signature expands to a Run again, so that the metrics are those of every other comparison.
 """
@@ -8,7 +9,8 @@ import numpy as np
 from cases.case import Case
 from compare.mapping.runs import Cloud, Run
 
-# of the quantile function of mass; with the levels that run-outs are read at, a rounding error above them
+# of the quantile function of mass; with the levels that run-outs are read at, a rounding error
+# above them
 LEVELS = np.union1d(np.arange(1, 513) / 512, [0.99 + 1e-9, 0.995 + 1e-9])
 INTERVAL = 0.05  # of the histories [sqrt(H/g)]
 HISTORY = (
@@ -22,7 +24,9 @@ HISTORY = (
 
 
 def compact(run: Run) -> dict:
-    """x_k [m], the x within which the share LEVELS[k] of the final mass lies; histories [J] every INTERVAL; the run's cost."""
+    """x_k [m], the x within which the share LEVELS[k] of the final mass lies; histories [J] every
+    INTERVAL; the run's cost.
+    """
     cloud, tau = run.clouds[-1], run.energy_tau()
     order = np.argsort(cloud.x[:, 0], kind="stable")
     shares = np.cumsum(cloud.mass[order]) / cloud.mass.sum()

@@ -1,4 +1,6 @@
-"""Runs recipes as one workflow: what is there is kept, what is missing is run, some at a time or on a cluster."""
+"""Runs recipes as one workflow: what is there is kept, what is missing is run, some at a time or on
+a cluster.
+"""
 
 import json
 from pathlib import Path
@@ -29,10 +31,11 @@ def arguments(parser):
 def sweep(
     scene: case.Case, tasks: dict[str, dict], options, program: str = "compare.study.point"
 ) -> dict[str, dict]:
-    """The results of the tasks, by the key each is kept under in runs/studies/points (compare/study/keys.py).
+    """The results of the tasks, by the key each is kept under in runs/studies/points
+    (compare/study/keys.py).
 
-    `program` makes one of them: python3 -m PROGRAM CONFIG KEY -o RESULT.json, where CONFIG holds "case" and "recipes".
-    Raises EngineError when one cannot be made (a run that fails is a result).
+    `program` makes one of them: python3 -m PROGRAM CONFIG KEY -o RESULT.json, where CONFIG holds
+    "case" and "recipes". Raises EngineError when one cannot be made (a run that fails is a result).
     """
     store = kept("studies", "points")
     if any(not (store / f"{key}.json").exists() for key in tasks):
@@ -44,7 +47,9 @@ def sweep(
 
 
 def run_tasks(scene: case.Case, tasks: list[dict], options, program: str) -> list[dict]:
-    """The result of each task, in order; a task is a recipe as JSON, or holds one as "recipe" beside what else it asks."""
+    """The result of each task, in order; a task is a recipe as JSON, or holds one as "recipe"
+    beside what else it asks.
+    """
     names = []
     for task in tasks:
         recipe = Recipe.of(task.get("recipe", task))
@@ -59,7 +64,8 @@ def run_tasks(scene: case.Case, tasks: list[dict], options, program: str) -> lis
 def run_recipes(scene: case.Case, recipes: list[Recipe], options) -> list[dict]:
     """The point of each recipe, in order; see compare/study/point.py.
 
-    Recipes that tell the engine the same in other words share a point, and each is given it as its own.
+    Recipes that tell the engine the same in other words share a point, and each is given it as its
+    own.
     """
     names = [keys.key("compare.study.point", recipe, scene) for recipe in recipes]
     tasks = {name: recipe.as_json() for name, recipe in zip(names, recipes)}

@@ -110,11 +110,15 @@ def load(folder: Path) -> Comparison:
     return pair(mpm, dem)
 
 
-def margin_of(metric: Metric, dem: list[Run], mean: float) -> float | None:
-    """The metric's margin in its own unit; None when the case has none for it."""
+def margin_of(metric: Metric, run: Run, mean: float) -> float | None:
+    """The metric's margin in its own unit, from the case of `run`; None when the case has none for
+    it.
+
+    `run` is one of the continuum: grains that are kept for all cases that ask for them may stem
+    from one of other margins.
+    """
     if not metric.margin:
         return None
-    run = dem[0]
     share = run.case[metric.margin]
     grain = run.diameter / run.length  # nothing is known to better than a grain
     if metric.margin == "compare.margin_run_out":
@@ -147,7 +151,7 @@ def evaluate_one(metric: Metric, c: Comparison) -> dict:
         if len(c.dem) > 1:  # what the grains differ by among themselves
             noise = [metric(a, b) for i, a in enumerate(c.dem) for b in c.dem[i + 1 :]]
             entry["noise_floor"] = number(float(np.mean(noise)))
-        margin, judged = margin_of(metric, c.dem, 0.0), lambda m: verdict.distance(values, m)
+        margin, judged = margin_of(metric, c.mpm[0], 0.0), lambda m: verdict.distance(values, m)
     else:
         mpm, dem = [metric(run) for run in c.mpm], [metric(run) for run in c.dem]
         a, b = float(np.mean(mpm)), float(np.mean(dem))
@@ -162,7 +166,7 @@ def evaluate_one(metric: Metric, c: Comparison) -> dict:
             for engine, values in (("mpm", mpm), ("dem", dem))
             for k, v in spread(values).items()
         }
-        margin, judged = margin_of(metric, c.dem, b), lambda m: verdict.equivalence(mpm, dem, m)
+        margin, judged = margin_of(metric, c.mpm[0], b), lambda m: verdict.equivalence(mpm, dem, m)
     if margin is not None:
         v = judged(margin)
         entry |= {"margin": margin, "half_width": number(v.half_width), "verdict": v.word}

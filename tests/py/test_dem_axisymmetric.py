@@ -96,7 +96,10 @@ def test_what_a_cylinder_cannot_have_is_refused(key, word, tmp_path, capsys):
 
 
 def test_edge_of_a_known_disc():
-    """A square lattice covers sqrt(3)/2 of a close-packed layer out to its rim; a lone grain further out is not the deposit."""
+    """A square lattice covers sqrt(3)/2 of a close-packed layer out to its rim.
+
+    A lone grain further out is not the deposit.
+    """
     x, z = np.meshgrid(np.arange(0.5, 40), np.arange(0.5, 40))
     r = np.hypot(x, z).ravel()
     assert edge(np.append(r[r < 20], 35.0), 1.0) == pytest.approx(20.0, abs=1.0)
@@ -111,7 +114,10 @@ def test_radial_expansion_is_one_velocity_about_the_axis():
 
 
 def test_void_ratio_of_a_lattice_in_a_box_of_three_limits():
-    """Simple cubic, spacing one diameter, faces through contact planes: e = 6/pi - 1, and no face cuts a sphere."""
+    """Simple cubic, spacing one diameter, faces through contact planes: e = 6/pi - 1.
+
+    No face cuts a sphere.
+    """
     n = np.arange(0.5, 12)
     centre = np.stack(np.meshgrid(n, n, n), axis=-1).reshape(-1, 3)
     assert void_ratio(centre, 0.5, np.full(3, 2.0), np.full(3, 9.0), np.nan) == pytest.approx(

@@ -53,7 +53,10 @@ def test_the_committed_ensemble_has_every_scalar_and_seed():
     ["run_out", "kinetic_energy_peak", "kinetic_energy_peak_time", "released", "height_at_wall"],
 )
 def test_lammps_agrees_within_the_scatter_of_seeds(name):
-    """Two-sided Welch test at 1 % on eight seeds each: a difference of about 1.6 standard deviations would show."""
+    """Two-sided Welch test at 1 % on eight seeds each.
+
+    A difference of about 1.6 standard deviations would show.
+    """
     table = pd.read_csv(f"{REFERENCE}/second_opinion.csv", comment="#")
     ours, theirs = (table.loc[table["engine"] == engine, name] for engine in ("liggghts", "lammps"))
     assert stats.ttest_ind(ours, theirs, equal_var=False).pvalue > 0.01
@@ -86,7 +89,7 @@ def test_the_cluster_profile_would_submit_one_job_per_seed(tmp_path):
 
 
 def test_a_table_of_other_seeds_is_not_taken_for_the_one_asked(tmp_path):
-    """A table that is there already, such as the committed one, must not stand for runs that are not."""
+    """A table that is there, such as the committed one, must not stand for runs that are not."""
     table = tmp_path / "table.csv"
     table.write_text("seed\n1\n")
     words = ["--seeds", "1", "--name", "stale", "--table", table, "--dry-run"]

@@ -22,7 +22,10 @@ def test_time_scales_are_those_liggghts_prints(young_modulus, rayleigh, contact)
 
 
 def test_contact_time_solves_the_hertz_collision():
-    """m* x'' = -k x^(3/2) integrated from touch to parting takes the closed form's time; its constant 2.87 has three digits."""
+    """m* x'' = -k x^(3/2) integrated from touch to parting takes the closed form's time.
+
+    Its constant 2.87 has three digits.
+    """
     grains, speed = seed_grains(), 0.3
     k, m = 4 / 3 * grains.contact_modulus * (grains.radius / 2) ** 0.5, grains.mass / 2
     dt, x, v, t = grains.contact_time(speed) / 20000, 0.0, speed, 0.0

@@ -23,7 +23,8 @@ def test_short_and_enduring_contacts_are_told_apart():
             {(3, 4): (10.0, 0.0)} if k < 2 else {}
         )
         sample(lifetimes, contacts)
-    # 8-9 gave 5 from the first sample on; 1-2 is five units old and gave 5; 3-4 lasted two and stays short
+    # 8-9 gave 5 from the first sample on; 1-2 is five units old and gave 5; 3-4 lasted two and
+    # stays short
     assert lifetimes.enduring()[1] == pytest.approx(10.0)
     lifetimes.finish()
     assert lifetimes.heat_by_lifetime.sum() == pytest.approx(30.0)
@@ -51,7 +52,10 @@ def test_a_contact_that_parts_and_meets_again_is_young_again():
 
 
 def test_elastic_energy_held_is_not_dissipation():
-    """Work goes in while a contact is squeezed and comes back when it ends: nothing is left of an elastic contact."""
+    """Work goes in while a contact is squeezed and comes back when it ends.
+
+    Nothing is left of an elastic contact.
+    """
     lifetimes = Lifetimes(1.0, 1.0, 0.5)
     pair = np.array([1]), np.array([2])
     for work, held in ((2.0, 2.0), (1.0, 3.0), (-3.0, 0.0)):

@@ -2,8 +2,6 @@
 
 import hashlib
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import h5py
@@ -11,9 +9,7 @@ import numpy as np
 import pytest
 
 from cases.case import load
-from cases.errors import EngineError
-from dem_reference import content, engine, packing
-from dem_reference.process import run_engine
+from dem_reference import content, packing
 from dem_reference.run import Progress, main
 
 CASE = "cases/column_ci"
@@ -123,7 +119,10 @@ def test_the_file_follows_the_contract(whole):
 
 
 def test_forces_stand_for_the_weight_at_release(whole):
-    """The packing is at rest: base and walls carry the grains' weight, and contact forces know nothing else."""
+    """The packing is at rest: base and walls carry the grains' weight.
+
+    Contact forces know nothing else.
+    """
     with h5py.File(whole) as file:
         frame = file["data/0"]
         cloud, contacts = frame["particles/cloud"], frame["contacts"]
@@ -134,8 +133,8 @@ def test_forces_stand_for_the_weight_at_release(whole):
         from_base = np.array([kind[a] == 3 for a in first])
         lift = force[on_base].sum() - force[from_base].sum() + force[second == -3].sum()
         weight = file["packing"].attrs["mass"] * load(CASE)["geometry.gravity"]
-    # a mean kinetic energy of 1e-5 m g d is a speed of 0.6 mm/s; were all of it the column's breathing, at pi c/(2 H), about
-    # 2 kHz, it would be 0.1 g. Most of it is not.
+    # a mean kinetic energy of 1e-5 m g d is a speed of 0.6 mm/s; were all of it the column's
+    # breathing, at pi c/(2 H), about 2 kHz, it would be 0.1 g. Most of it is not.
     assert lift == pytest.approx(weight, rel=3e-2)
 
 
@@ -159,7 +158,10 @@ def test_the_balance_is_not_closed_by_construction(audited):
 
 
 def test_sampled_dissipation_closes_within_its_scatter(whole):
-    """Some 5000 contact samples per energy row: a few per cent for so few grains; the seed's column has twenty times more."""
+    """Some 5000 contact samples per energy row: a few per cent for so few grains.
+
+    The seed's column has twenty times more.
+    """
     energy = energies(whole)
     assert np.abs(energy["unaccounted"]).max() < 0.05 * released(energy)
 
@@ -194,7 +196,8 @@ def test_the_packing_is_what_was_asked_for(whole):
         assert made["profile_mass"][()].sum() == pytest.approx(made.attrs["mass"], rel=1e-9)
         weight = made.attrs["mass"] * case["geometry.gravity"]
         width = case["geometry.length"] * case["geometry.thickness"]
-        # vertical stress of the lowest cells, half a cell above the base, against the weight above it
+        # vertical stress of the lowest cells, half a cell above the base, against the weight above
+        # it
         lowest = made["profile_stress_yy"][()][:, 0].mean()
         half_cell = made["profile_mass"][()][:, 0].sum() / 2 / made.attrs["mass"]
         assert lowest == pytest.approx((1 - half_cell) * weight / width, rel=0.1)
@@ -218,8 +221,9 @@ def test_a_seed_gives_the_same_bits_again(whole, tmp_path):
 def test_two_ranks_make_the_same_collapse(tmp_path, store):
     """The floor is cut so short that grains pass from one rank's half of the box to the other's.
 
-    Sums run in another order there, and a collision multiplies a difference of round-off about tenfold: some ten
-    collisions later trajectories differ visibly, energies still by far less than from seed to seed (some per cent).
+    Sums run in another order there, and a collision multiplies a difference of round-off about
+    tenfold: some ten collisions later trajectories differ visibly, energies still by far less than
+    from seed to seed (some per cent).
     """
     energy = {}
     for ranks in (1, 2):
@@ -306,45 +310,6 @@ def test_progress_rises_to_one(capfd, tmp_path, store, whole):
     assert done == sorted(done) and done[-1] == 1.0
 
 
-def run(*words):
-    return subprocess.run(
-        [sys.executable, "-m", "dem_reference.run", CASE, *words],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-
-
-def test_a_step_above_the_contact_limit_is_bad_input(tmp_path):
-    done = run("-o", str(tmp_path / "dem.h5"), "--set", "dem.time_step_fraction=0.4")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert len(done.stderr.splitlines()) == 1 and "contact limit" in done.stderr
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_missing_engine_is_said_in_one_line(monkeypatch):
-    monkeypatch.setattr(engine, "LIBRARY", "libno_such_engine.so.3")
-    with pytest.raises(EngineError, match="libno_such_engine.so.3 cannot be loaded .* install"):
-        engine.load_library()
-
-
-def bad_command(folder, report):
-    engine.Liggghts(folder / "log").commands("units si\natom_style granular\nno_such_command 1 2 3")
-
-
-def test_the_engines_own_error_line_is_reported(tmp_path):
-    with pytest.raises(
-        EngineError, match="LIGGGHTS: stopped with code 1 .*Unknown command: no_such_command"
-    ):
-        run_engine(bad_command, (tmp_path,), tmp_path / "log", lambda done, text: None)
-
-
-def test_a_slab_thinner_than_the_grains_is_bad_input(tmp_path):
-    done = run("-o", str(tmp_path / "dem.h5"), "--set", "geometry.thickness=0.003")
-    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
-    assert "geometry.thickness" in done.stderr
-
-
 def by_script_with(path, tmp_path, store, monkeypatch, capfd):
     monkeypatch.setenv("PATH", str(path))
     code = main(
@@ -382,41 +347,6 @@ def test_a_crashing_engine_ends_with_code_3_and_its_own_words(
     code, said, left = by_script_with(folder, tmp_path, store, monkeypatch, capfd)
     assert (code, len(said), left) == (3, 1, [])
     assert "Box bounds are invalid" in said[0]
-
-
-def lose_a_grain(case, folder, report):
-    """A box with fixed faces and no floor: the grain falls out."""
-    lines = """units si
-atom_style granular
-atom_modify map array
-boundary f f f
-newton off
-communicate single vel yes
-region domain block 0 0.1 0 0.1 0 0.1 units box
-create_box 1 domain
-neighbor 0.0004 bin
-fix young all property/global youngsModulus peratomtype 5e6
-fix poisson all property/global poissonsRatio peratomtype 0.3
-fix restitution all property/global coefficientRestitution peratomtypepair 1 0.9
-fix friction all property/global coefficientFriction peratomtypepair 1 0.5
-pair_style gran model hertz tangential history
-pair_coeff * *
-create_atoms 1 single 0.05 0.01 0.05 units box
-set type 1 density 2500 diameter 0.002
-fix gravity all gravity 9.81 vector 0 -1 0
-fix motion all nve/sphere
-thermo_style custom step atoms
-thermo_modify lost error norm no
-thermo 100
-timestep 1e-4
-run 10000
-"""
-    engine.Liggghts(folder / "log").commands(lines)
-
-
-def test_lost_grains_stop_the_run(tmp_path):
-    with pytest.raises(EngineError, match="(?i)lost atoms"):
-        run_engine(lose_a_grain, ({}, tmp_path), tmp_path / "log", lambda done, text: None)
 
 
 def test_the_search_moves_towards_the_void_ratio_asked_for():

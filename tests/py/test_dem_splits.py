@@ -1,4 +1,7 @@
-"""Splits of the dissipation over time, from files whose numbers are known; deviations of softer and coarser grains."""
+"""Splits of the dissipation over time, from files whose numbers are known.
+
+Deviations of softer and coarser grains.
+"""
 
 import h5py
 import numpy as np
@@ -11,7 +14,10 @@ from dem_reference.splits import shares, table
 
 
 def write(path, normal, enduring=(0.6, 0.4, 0.3, 0.2), interval=0.9):
-    """A run that releases 2 J evenly over 1 s = 2 sqrt(H/g): `normal` J by normal damping, the rest of 2 J tangentially."""
+    """A run that releases 2 J evenly over 1 s = 2 sqrt(H/g).
+
+    `normal` J by normal damping, the rest of 2 J tangentially.
+    """
     time = np.linspace(0, 1, 11)
     with h5py.File(path, "w") as file:
         file.attrs.update(time_scale=0.5, case_resolved="[dem]\nlifetime_threshold = 2.0\n")

@@ -13,7 +13,10 @@ place = st.floats(-1.5, 1.5)
 
 @given(place, place, st.floats(-1.4, 1.4), st.floats(-1.4, 1.4))
 def test_the_four_quarters_of_a_cut_sphere_add_up(x, y, a, b):
-    """Two planes anywhere cut a sphere into four parts; 24 Gauss points leave 1e-4 of a sphere at the worst (sqrt ends)."""
+    """Two planes anywhere cut a sphere into four parts.
+
+    24 Gauss points leave 1e-4 of a sphere at the worst (sqrt ends).
+    """
     centre, far = np.array([[x, y]]), 10.0
     parts = [
         clipped_volume(centre, 1.0, np.array(lower), np.array(upper))[0]

@@ -1,4 +1,7 @@
-"""Gates and walls other than the default's, on the smallest column; every wall force is checked against the engine's."""
+"""Gates and walls other than the default's, on the smallest column.
+
+Every wall force is checked against the engine's.
+"""
 
 import h5py
 import numpy as np
@@ -55,7 +58,10 @@ def peak(path):
 
 
 def test_a_lifted_gate_holds_grains_back_until_it_is_gone(lifted):
-    """It has passed the column's top and a diameter at (0.02 + 0.002) m / 0.4 m/s = 55 ms = 1.2 sqrt(H/g), in frame 6 of 0.2."""
+    """It has passed the column's top and a diameter at 55 ms = 1.2 sqrt(H/g), in frame 6 of 0.2.
+
+    (0.02 + 0.002) m / 0.4 m/s = 55 ms.
+    """
     touched = [-2 in codes for codes in wall_codes(lifted)]
     assert touched[0] and touched[2]
     assert not any(touched[7:])
@@ -68,7 +74,10 @@ def test_a_lifted_gate_delays_and_lowers_the_peak(sudden, lifted):
 
 @pytest.mark.parametrize("which", ["sudden", "lifted"])
 def test_forces_of_the_gate_and_walls_are_the_engines(which, request):
-    """1e-12 N against a grain's weight of 1e-4 N; the gate of triangles, its edge included, acts like the half-plane."""
+    """1e-12 N against a grain's weight of 1e-4 N.
+
+    The gate of triangles, its edge included, acts like the half-plane.
+    """
     with h5py.File(request.getfixturevalue(which)) as file:
         assert file.attrs["force_error"] < 1e-12
 
@@ -114,14 +123,18 @@ def test_a_coulomb_base_dissipates_and_obeys_its_friction(walled):
             f = {axis: contacts[f"force/{axis}"][()][floor] for axis in "xyz"}
             ratios.append(np.hypot(f["x"], f["z"]) / np.abs(f["y"]))
         ratios = np.concatenate(ratios)
-    # damping acts on top of a sticking spring, which may carry a contact a little beyond the cone; sliding ones lie on it
+    # damping acts on top of a sticking spring, which may carry a contact a little beyond the cone;
+    # sliding ones lie on it
     on_cone = np.abs(ratios - 0.4) < 1e-5
     assert on_cone.mean() > 0.05
     assert (ratios > 0.4 + 1e-5).mean() < 0.02
 
 
 def test_the_balance_closes_with_wall_friction_too(walled):
-    """The tangential springs of walls are unknown; what they hold is within a few per cent of the energy released."""
+    """The tangential springs of walls are unknown.
+
+    What they hold is within a few per cent of the energy released.
+    """
     with h5py.File(walled) as file:
         energy = {name: values[()] for name, values in file["energy"].items()}
     released = energy["potential"][0] - energy["potential"][-1]

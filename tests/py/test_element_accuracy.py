@@ -11,7 +11,10 @@ pytestmark = pytest.mark.skipif(not program("mpm_point").exists(), reason="mpm_p
 
 
 def test_errors_fall_with_the_step(tmp_path, monkeypatch, capsys):
-    """Backward Euler: first order in the dissipation, so 16 times the steps leave less than a quarter of the error."""
+    """Backward Euler is of first order in the dissipation.
+
+    So 16 times the steps leave less than a quarter of the error.
+    """
     monkeypatch.setattr(accuracy, "STEPS", (10, 160))
     monkeypatch.setattr(accuracy, "REFERENCE", 640)
     assert (
@@ -29,7 +32,6 @@ def test_errors_fall_with_the_step(tmp_path, monkeypatch, capsys):
     assert len(error) == 4
     assert error["implicit", 160][1] < error["implicit", 10][1] / 4
     assert error["implicit", 160][0] < error["implicit", 10][0]
-    assert (
-        error["dormand_prince", 160][1] < error["implicit", 160][1] / 10
-    )  # error control does better than any step here
+    # Error control does better than any step here.
+    assert error["dormand_prince", 160][1] < error["implicit", 160][1] / 10
     assert (tmp_path / "accuracy.svg").read_text().lstrip().startswith("<?xml")

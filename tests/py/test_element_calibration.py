@@ -52,9 +52,10 @@ def test_known_constants_are_recovered(fitted):
 
 
 def test_the_right_card_fits_and_wrong_ones_are_refused(made, fitted):
-    """chi-square of noise drawn with the assumed sigma: the truth and the fit pass at 1e-4, another card fails by far.
+    """chi-square of noise drawn with the assumed sigma.
 
-    A single constant 6 of its standard errors off is told from the truth by 4 standard deviations (16 in chi-square).
+    The truth and the fit pass at 1e-4, another card fails by far. A single constant 6 of its
+    standard errors off is told from the truth by 4 standard deviations (16 in chi-square).
     """
     blocks, grains, truth = made
 

@@ -4,8 +4,9 @@ import shutil
 import pytest
 
 from cases.errors import CaseError
-from dem_reference.element import campaign, records
-from dem_reference.element.case import ROOT, Case
+from cases.programs import ROOT
+from compare.element import campaign, records
+from compare.element.case import Case
 
 
 @pytest.mark.parametrize(
@@ -47,10 +48,10 @@ def test_records_survive_writing_and_a_campaign_goes_on_where_it_stopped(tmp_pat
         point | {"time": 0.125, "status": "failed: why", "commit": "12e4567", "machine": "a, b"}
         for point in everything[:3]
     ]
-    records.write(campaign.reference_file(case), rows, "command")
-    assert records.read(campaign.reference_file(case)) == rows
+    records.write(records.reference_file(case), rows, "command")
+    assert records.read(records.reference_file(case)) == rows
     assert campaign.missing(case) == everything[3:]  # a failure is data: it is not tried again
-    header = campaign.reference_file(case).read_text().splitlines()[:4]
+    header = records.reference_file(case).read_text().splitlines()[:4]
     assert [line.split(":")[0] for line in header] == [
         "# command",
         "# commit",

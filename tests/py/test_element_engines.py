@@ -3,8 +3,10 @@ import numpy as np
 import pytest
 
 from cases.errors import EngineError
-from dem_reference.element import campaign, cooling, records, shear, triaxial
-from dem_reference.element.case import ROOT, Case
+from cases.programs import ROOT
+from compare.element import campaign, records
+from compare.element.case import Case
+from compare.element.tests import cooling, shear, triaxial
 
 
 def case(test):
@@ -12,7 +14,10 @@ def case(test):
 
 
 def test_frictionless_cooling_follows_haff(tmp_path):
-    """d(T^-1/2)/dt of a dilute frictionless gas is that of kinetic theory within 10 % (five seeds scatter by 3 %)."""
+    """d(T^-1/2)/dt of a dilute frictionless gas is that of kinetic theory within 10 %.
+
+    Five seeds scatter by 3 %.
+    """
     this = case("cooling")
     point = campaign.points(this)[0] | {
         "friction": 0.0,
@@ -26,41 +31,40 @@ def test_frictionless_cooling_follows_haff(tmp_path):
     inverse = np.array([row["temperature"] for row in rows]) ** -0.5
     assert rows[0]["temperature"] == pytest.approx(point["granular_temperature"], rel=1e-12)
     slope, offset = np.polyfit(time, inverse, 1)
-    theory = cooling.haff_rate(0.3, this.grains.restitution, 0.01, this.grains.diameter) / np.sqrt(
-        0.01
-    )
+    grains = this.grains
+    theory = cooling.haff_rate(0.3, grains.restitution, 0.01, grains.diameter) / np.sqrt(0.01)
     assert slope == pytest.approx(theory, rel=0.10)
-    assert (
-        np.abs(slope * time + offset - inverse).max() < 0.05 * inverse.max()
-    )  # a straight line, as Haff has it
-    # the control: elastic grains would not cool, grains of e = 0.7 cool more than twice as fast
-    assert theory < 0.6 * cooling.haff_rate(0.3, 0.7, 0.01, this.grains.diameter) / np.sqrt(0.01)
+    # A straight line, as Haff has it.
+    assert np.abs(slope * time + offset - inverse).max() < 0.05 * inverse.max()
+    # The control: elastic grains would not cool, grains of e = 0.7 cool more than twice as fast.
+    assert theory < 0.6 * cooling.haff_rate(0.3, 0.7, 0.01, grains.diameter) / np.sqrt(0.01)
 
 
 def test_a_shear_point_reproduces_the_reference(tmp_path):
-    """A seed the reference does not hold falls into its scatter: 4 standard deviations of one run (p = 6e-5 for a Gaussian)."""
+    """A seed the reference does not hold falls into its scatter.
+
+    That is, 4 standard deviations of one run (p = 6e-5 for a Gaussian).
+    """
     this = case("shear")
-    known = [
-        row
-        for row in records.read(campaign.reference_file(this))
-        if (row["solid_fraction"], row["shear_rate"]) == (0.5, 500.0)
-    ]
+    reference = records.read(records.reference_file(this))
+
+    def at(solid_fraction):
+        return [
+            row
+            for row in reference
+            if (row["solid_fraction"], row["shear_rate"]) == (solid_fraction, 500.0)
+        ]
+
+    known = at(0.5)
     point = campaign.points(this)[0] | {"solid_fraction": 0.5, "shear_rate": 500.0, "seed": 7}
-    measured = shear.run(this.grains, point, tmp_path)
+    (measured,) = shear.run(this.grains, point, tmp_path)
     for name in shear.MEASURED:
         mean = np.mean([row[name] for row in known])
         one_run = np.sqrt(np.mean([row[f"{name}_error"] ** 2 for row in known]))
         assert abs(measured[name] - mean) < 4 * one_run * np.sqrt(1 + 1 / len(known)), name
-    other = np.mean(
-        [
-            row["pressure"]
-            for row in records.read(campaign.reference_file(this))
-            if (row["solid_fraction"], row["shear_rate"]) == (0.4, 500.0)
-        ]
-    )
-    assert (
-        abs(measured["pressure"] - other) > 20 * measured["pressure_error"]
-    )  # a neighbouring void ratio is told apart
+    # A neighbouring void ratio is told apart.
+    other = np.mean([row["pressure"] for row in at(0.4)])
+    assert abs(measured["pressure"] - other) > 20 * measured["pressure_error"]
 
 
 def test_the_servo_holds_the_lateral_stress(tmp_path):
@@ -75,7 +79,8 @@ def test_the_servo_holds_the_lateral_stress(tmp_path):
     }
     rows = triaxial.run(this.grains, point, tmp_path)
     assert rows[-1]["axial_strain"] == pytest.approx(0.1, rel=0.15)
-    # Each stress drop of 150 grains takes a tenth, so the mean after the start is held to; proportional control is 27 % off.
+    # Each stress drop of 150 grains takes a tenth, so the mean after the start is held to;
+    # proportional control is 27 % off.
     assert np.mean([row["lateral_stress"] for row in rows[5:]]) == pytest.approx(50e3, rel=0.05)
     ratio = [
         3
@@ -84,9 +89,8 @@ def test_the_servo_holds_the_lateral_stress(tmp_path):
         for row in rows
     ]
     assert abs(ratio[0]) < 0.2 and max(ratio) > 0.7  # from isotropic to sheared
-    assert (
-        rows[-1]["void_ratio"] > rows[0]["void_ratio"]
-    )  # the frictionless preparation is dense: it dilates
+    # The frictionless preparation is dense: it dilates.
+    assert rows[-1]["void_ratio"] > rows[0]["void_ratio"]
 
 
 def test_an_engine_that_stops_says_why(tmp_path):

@@ -1,39 +1,39 @@
-"""The element command's pieces on the shipped references: tables, verdicts, figures, the engines' cross-check."""
-import importlib
+"""The element command's pieces on the shipped references.
+
+Tables, verdicts, figures, the engines' cross-check.
+"""
+
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from compare.element import calibration
+from cases.programs import ROOT
 from compare import __main__ as cli
-from compare.element import cross_check as element_cross_check
+from compare.element import cross_check, records
+from compare.element.blocks import every
+from compare.element.case import Case
 from compare.element.deviations import table, verdicts
 from compare.element.model import Card, Model
-from cases.programs import ROOT
-from dem_reference.element import campaign, records
-from dem_reference.element.case import Case
+from compare.element.tests import compared_tests, shear
 
 
 def reference(test):
     case = Case(ROOT / "cases" / test)
-    return case, [
-        row for row in records.read(campaign.reference_file(case)) if row["status"] == "measured"
-    ]
+    return case, records.measured(case)
 
 
-@pytest.mark.parametrize("test", calibration.TESTS)
+@pytest.mark.parametrize("test", compared_tests(), ids=lambda test: test.name)
 def test_every_test_is_drawn_and_judged(test, tmp_path):
-    case, rows = reference(test)
+    case, rows = reference(test.name)
     models = {name: Model(Card.read(name), case.grains) for name in ("seed_table1", "dem_mu05")}
-    files = importlib.import_module(f"compare.element.charts.{test}").draw(
-        rows, models, tmp_path / test
-    )
+    files = test.draw(rows, models, tmp_path / test.name)
     assert sorted(file.suffix for file in files) == [".png", ".svg"]
     assert all(file.stat().st_size > 10_000 for file in files)
     assert len(list(tmp_path.iterdir())) == 2  # nothing half-written beside them
-    blocks = getattr(calibration, f"{test}_blocks")(rows, lambda seeds: seeds)
+    blocks = test.blocks(rows, every)
     errors = table(blocks, models)
     assert np.isfinite([row["error"] for row in errors]).all()
     assert len(verdicts(errors)) == 2 * len(blocks)
@@ -42,10 +42,7 @@ def test_every_test_is_drawn_and_judged(test, tmp_path):
 def test_a_verdict_tells_a_right_law_from_a_wrong_one():
     case, rows = reference("shear")
     model = Model(Card.read("seed_table1"), case.grains)
-    blocks = [
-        replace(block, measured=block.predict(model))
-        for block in calibration.shear_blocks(rows, lambda seeds: seeds)
-    ]
+    blocks = [replace(block, measured=block.predict(model)) for block in shear.blocks(rows, every)]
     wrong = Model(model.card.with_values(effective_restitution=0.9), case.grains)
     right, refused = (
         [line for line in verdicts(table(blocks, {"card": law})) if "temperature" in line][0]
@@ -55,11 +52,14 @@ def test_a_verdict_tells_a_right_law_from_a_wrong_one():
 
 
 def test_the_two_engines_agree_on_what_is_local():
-    """10 %: the core's solid fraction is known to 1 % and p/(rho T) rises by 12 % per 1 % there; s/p hardly depends on it."""
+    """12 %: the core's solid fraction is known to 1 % and p/(rho T) rises by 12 % per 1 % there.
+
+    s/p hardly depends on it.
+    """
     _, walls = reference("bumpy_shear")
     case, homogeneous = reference("shear")
     assert walls
-    for deviation in element_cross_check.deviations(walls, homogeneous, case.grains.density):
+    for deviation in cross_check.deviations(walls, homogeneous, case.grains.density):
         assert abs(deviation["pressure over temperature"]) < 0.12
         assert abs(deviation["stress ratio"]) < 0.05
 
@@ -91,11 +91,9 @@ def test_bad_input_is_one_line(tmp_path, capsys):
 
 
 def test_a_card_needs_every_test(tmp_path, capsys):
-    for test in calibration.TESTS:
-        (tmp_path / test).mkdir()
-        (tmp_path / test / "case.toml").write_text(
-            (ROOT / "cases" / test / "case.toml").read_text()
-        )
+    for test in compared_tests():
+        (tmp_path / test.name).mkdir()
+        shutil.copy(ROOT / "cases" / test.name / "case.toml", tmp_path / test.name)
     assert cli.main(["calibrate", "--cases", str(tmp_path), "--out", str(tmp_path)]) == 2
     assert "no measured point" in capsys.readouterr().err
     assert not list(tmp_path.glob("*.toml"))

@@ -4,7 +4,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from compare.element.model import Card, Model, simple_shear_ratio
-from dem_reference.element.grains import Grains
+from dem_reference.grains import Grains
 
 
 @pytest.fixture
@@ -44,7 +44,10 @@ def test_cooling_time_solves_the_temperature_equation(model):
 
 
 def test_simple_shear_on_the_cone_is_isochoric_pure_shear():
-    """At the closed form the flow dev(eta - eta.eta) has an xy part alone and the cone's equation holds, for any M_c."""
+    """At the closed form the flow dev(eta - eta.eta) has an xy part alone, for any M_c.
+
+    And the cone's equation holds.
+    """
     for m in (0.5, 0.9, 1.2):
         t = simple_shear_ratio(m)
         c = (-3 + np.sqrt(9 + 12 * t**2)) / 6  # t^2 = 3 c (1 + c)
@@ -57,7 +60,7 @@ def test_simple_shear_on_the_cone_is_isochoric_pure_shear():
 
 
 def test_triaxial_elastic_strain_integrates_the_hyperelastic_tangent(model):
-    """Strains at constant lateral stress by the (p, q) tangent of the Gibbs energy's second derivatives."""
+    """Strains at constant lateral stress by the (p, q) tangent of the Gibbs energy."""
     k, g, n, pa = 380.0, 48.0, 0.5, 1e5
     lateral, q_end = 2e4, 2e4
 

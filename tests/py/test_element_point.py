@@ -5,7 +5,7 @@ import pytest
 from compare.element.model import Card, Model
 from compare.element.point import PointModel
 from cases.programs import program
-from dem_reference.element.grains import Grains
+from dem_reference.grains import Grains
 
 pytestmark = pytest.mark.skipif(not program("mpm_point").exists(), reason="mpm_point is not built")
 GRAINS = Grains(2e-3, 2532.0, 3e8, 0.3, 0.879, 0.5)
@@ -35,7 +35,8 @@ def test_cooling(models):
 def test_moduli_and_isotropic_path(models):
     pressure = np.array([1e3, 1e4, 1e5])
     (bulk, shear), (closed_bulk, closed_shear) = (model.moduli(pressure) for model in models)
-    # The program's stress acts on the solid's volume, which shrinks: its tangent at fixed grains is K + p.
+    # The program's stress acts on the solid's volume, which shrinks: its tangent at fixed grains is
+    # K + p.
     assert bulk == pytest.approx(closed_bulk + pressure, rel=0.005)
     assert shear == pytest.approx(closed_shear, rel=0.005)
     driven, closed = (model.isotropic(0.6, 1e3, np.array([3e3, 3e4])) for model in models)

@@ -1,4 +1,7 @@
-"""Random paths of strain and rest, shrunk by hypothesis where one fails: energies balance and nothing is created."""
+"""Random paths of strain and rest: energies balance and nothing is created.
+
+Shrunk by hypothesis where one fails.
+"""
 import json
 import subprocess
 
@@ -89,7 +92,10 @@ def drive(given_path: dict, folder, *extra: str) -> dict:
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(path)
 def test_random_paths_balance_and_dissipate(tmp_path_factory, given_path):
-    """Work = change of the energies held + dissipated, to round-off of what passed through; dissipations never fall."""
+    """Work = change of the energies held + dissipated, to round-off of what passed through.
+
+    Dissipations never fall.
+    """
     r = drive(given_path, tmp_path_factory.getbasetemp())
     held, gone = (
         r["stored"] + r["fluctuation"],

@@ -4,8 +4,8 @@ import subprocess
 import numpy as np
 import pytest
 
-from dem_reference.element import lammps
-from dem_reference.element.grains import Grains
+from dem_reference import lammps
+from dem_reference.grains import Grains
 
 SPEED = 0.1  # [m/s] each grain, towards the other
 LAMMPS = """\
@@ -63,7 +63,7 @@ def grains():
 
 def realised(engine, script, grains, entered, folder):
     """Separation speed over approach speed of a head-on collision."""
-    dt = grains.time_step(0.05)
+    dt = 0.05 * grains.rayleigh_time()
     steps = round(4e-4 / (SPEED / 0.1) / dt) + round(2e-3 / dt)
     text = (script + COLLIDE).format(
         d=grains.diameter,

@@ -1,4 +1,6 @@
-"""Studies: recipes, signatures, fronts, boundaries, ladders; and the smallest of each, whose main conclusion must hold."""
+"""Studies: recipes, signatures, fronts, boundaries, ladders; and the smallest of each, whose main
+conclusion must hold.
+"""
 
 import json
 import math
@@ -14,6 +16,7 @@ from cases import case
 from compare.verdict import equivalence as verdict
 from cases.errors import CaseError
 from compare.metrics import all_metrics
+from cases import programs
 from cases.programs import ROOT
 from compare.mapping.reductions import example_run
 from compare.mapping.runs import Cloud, Run
@@ -21,9 +24,11 @@ from compare.study import (
     atlas,
     boundary,
     convergence,
+    distance,
     failure,
     figures,
     frontier,
+    keys,
     ladder,
     recipe,
     signature,
@@ -79,8 +84,8 @@ def test_the_mean_of_an_ensemble_lies_halfway():
     (a, run), (b, _) = made_of(np.linspace(0.0, 1.0, 100)), made_of(
         np.linspace(1.0, 2.0, 100), kinetic=(0.0, 3.0, 0.0)
     )
-    middle = signature.mean([a, b], run.case)
-    assert signature.errors(a, middle, run.case)["deposit"] == pytest.approx(0.5, rel=1e-3)
+    middle = distance.mean([a, b], run.case)
+    assert distance.errors(a, middle, run.case)["deposit"] == pytest.approx(0.5, rel=1e-3)
     assert max(middle["kinetic"]) == pytest.approx(2.0)
 
 
@@ -98,9 +103,15 @@ def test_series_are_every_combination_and_recipes_are_told_apart_by_what_the_eng
         ("a.b=1", "c.d=0.001", "e.f=x"),
         ("a.b=1", "c.d=0.001", "e.f=true"),
     ]
-    plain, changed = case.load(CI), case.load(CI, ["dem.audit_interval=7"])
-    assert recipe.Recipe("mpm").key(plain) == recipe.Recipe("mpm").key(changed)
-    assert recipe.Recipe("dem").key(plain) != recipe.Recipe("dem").key(changed)
+    scene = case.load(CI)
+
+    def key(engine, *sets):
+        return keys.key("compare.study.point", recipe.Recipe(engine, sets), scene)
+
+    assert key("mpm") == key("mpm", "dem.audit_interval=7")
+    assert key("dem") != key("dem", "dem.audit_interval=7")
+    assert key("mpm", "mpm.cell_size=0.004") != key("mpm")
+    assert key("mpm", "mpm.cell_size=0.002") == key("mpm")  # what the case says anyway
 
 
 def test_the_front_holds_what_nothing_beats_in_both():
@@ -161,7 +172,7 @@ def test_a_failed_run_is_a_point_and_a_finished_one_is_not_run_again(tmp_path):
         and points[0]["message"]
     )
     assert points[1]["status"] == "ok"
-    kept = sweep.ROOT / "runs" / "studies" / "points" / f"{points[1]['key']}.json"
+    kept = programs.kept("studies", "points") / f"{points[1]['key']}.json"
     before = kept.stat().st_mtime_ns
     sweep.run_recipes(scene, recipes, Options)
     assert kept.stat().st_mtime_ns == before
@@ -192,8 +203,10 @@ def small_frontier(tmp_path_factory):
 
 
 def test_the_frontier_of_the_smallest_column_says_what_it_said(small_frontier):
-    """On a coarse grid the simple law is as near the grains as the dearer one, within their scatter, and cheaper than either; PIC
-    pays more for more than twice the error; too large a step fails."""
+    """On a coarse grid the simple law is as near the grains as the dearer one, within their
+    scatter, and cheaper than either; PIC pays more for more than twice the error; too large a step
+    fails.
+    """
     _, points = small_frontier
     grains = json.loads((CI / "reference" / "grains.json").read_text())
     plain = points[points["series"] == "law and cell size"].set_index(["law", "cell_size"])
@@ -239,7 +252,9 @@ def test_named_failures_are_detected_and_absent_at_the_defaults():
 
 
 def test_the_claimed_limit_and_twice_the_default_step_are_stable():
-    """One row of the map: if the boundary came to lie below either, the atlas would say the opposite of what it says."""
+    """One row of the map: if the boundary came to lie below either, the atlas would say the
+    opposite of what it says.
+    """
     plane = recipe.study(case.load(CI), "atlas")["plane"][0] | {"values": [0.004]}
     ((_, task),) = atlas.rows_of(plane, 60.0)
     classify = boundary.runs_of(Path(CI), task)
@@ -313,9 +328,10 @@ def test_a_change_is_judged_against_the_scatter_of_its_group():
 
 
 def test_roughness_is_that_of_an_alternating_pressure_of_which_nodes_feel_little():
-    # Along one axis, points at a quarter and three quarters of a cell give a node 11/16 of its own cell and 5/32 of each
-    # neighbour, and take as much back: (11/16 - 10/32)^2 = 9/64 of what alternates is left; along two, its square, 2 %. At walls
-    # a node has one neighbour, and more is left.
+    # Along one axis, points at a quarter and three quarters of a cell give a node 11/16 of its own
+    # cell and 5/32 of each neighbour, and take as much back: (11/16 - 10/32)^2 = 9/64 of what
+    # alternates is left; along two, its square, 2 %. At walls a node has one neighbour, and more is
+    # left.
     cells, nodes = figures.pressure_roughness(checkerboard(n=20, amplitude=0.1))
     assert cells == pytest.approx(0.1, rel=0.03)  # less what a cubic follows on 400 cells
     assert (9 / 64) ** 2 < nodes / cells < 0.06

@@ -10,40 +10,8 @@ import pkgutil
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import matplotlib
+import matplotlib.pyplot as plt
 
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt  # noqa: E402  (the backend is chosen before pyplot loads)
-
-MPM, DEM, INK, PAPER = "#1f5fa8", "#c8561b", "#26292e", "#ffffff"
-LABEL = {"mpm": "MPM", "dem": "DEM"}
-COLOUR = {"mpm": MPM, "dem": DEM}
-
-STYLE = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9.5,
-    "axes.titlesize": 10,
-    "axes.labelsize": 9.5,
-    "legend.fontsize": 9,
-    "axes.edgecolor": "#8a8f98",
-    "axes.labelcolor": INK,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e4e6ea",
-    "grid.linewidth": 0.7,
-    "axes.axisbelow": True,
-    "legend.frameon": False,
-    "lines.linewidth": 1.6,
-    "figure.facecolor": PAPER,
-    "savefig.facecolor": PAPER,
-    "svg.fonttype": "path",
-    "svg.hashsalt": "grainpair",
-}
 WIDE, NARROW = 10.0, 3.9  # inches
 
 

@@ -1,4 +1,5 @@
-from compare.report.charts import COLOUR, LABEL, chart, panels
+from cases.style import COLOUR, LABEL
+from compare.report.charts import chart, panels
 
 PANELS = (
     ("kinetic", "kinetic energy $E_k/E_0$"),

@@ -2,7 +2,8 @@ import numpy as np
 from matplotlib import colormaps
 
 from compare.verdict.budget import budget
-from compare.report.charts import INK, LABEL, chart, panels
+from cases.style import INK, LABEL
+from compare.report.charts import chart, panels
 
 PALETTES = {"held": "Blues", "dissipated": "Oranges", "numerical": "Greys"}
 

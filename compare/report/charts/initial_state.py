@@ -1,6 +1,7 @@
 from typing import Any
 
-from compare.report.charts import COLOUR, LABEL, chart, panels
+from cases.style import COLOUR, LABEL
+from compare.report.charts import chart, panels
 
 
 def profile(run, values):

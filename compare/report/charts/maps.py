@@ -5,7 +5,8 @@ colour scale.
 import matplotlib.pyplot as plt
 import numpy as np
 
-from compare.report.charts import LABEL, NARROW, WIDE
+from cases.style import LABEL
+from compare.report.charts import NARROW, WIDE
 from compare.mapping.reductions import bulk_solid_fraction, common_frames, surface
 
 

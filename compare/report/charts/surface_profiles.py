@@ -2,7 +2,8 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.lines import Line2D
 
-from compare.report.charts import INK, chart, panels
+from cases.style import INK
+from compare.report.charts import chart, panels
 from compare.mapping.reductions import common_frames, surface
 
 DASHED = (0, (4, 2))

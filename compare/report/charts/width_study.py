@@ -1,6 +1,7 @@
 import numpy as np
 
-from compare.report.charts import DEM, INK, chart, panels
+from cases.style import DEM, INK
+from compare.report.charts import chart, panels
 
 
 @chart("Kernel width", order=8)
@@ -30,7 +31,7 @@ def width_study(comparison, narrow):
         axes[2].set(title="stress [Pa]", ylim=(0.0, None))
         axes[2].legend()
     for ax in axes:
-        ax.axvline(dem.case["compare.width"], color=INK, linewidth=0.8)
+        ax.axvline(comparison.mpm[0].case["compare.width"], color=INK, linewidth=0.8)
         ax.set(xlabel="kernel width w/d", xlim=(0.0, np.max(study.widths)))
     return figure, (
         f"Fields of the grains at t = {study.tau:.1f} √(H/g), averaged over one and the same core "

@@ -1,4 +1,6 @@
-"""Charts of studies, one file each. Here what they share: points that tell what they are, and saving."""
+"""Charts of studies, one file each. Here what they share: points that tell what they are, and
+saving.
+"""
 
 import io
 import xml.etree.ElementTree as ElementTree
@@ -6,27 +8,28 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from compare.report.charts import STYLE
-from cases.files import write_atomically
+from cases.files import write_atomically, write_figure
+from cases.style import STYLE
 
 SVG = "http://www.w3.org/2000/svg"
 STUDY_STYLE = STYLE | {"svg.fonttype": "none"}
 
 
 def save(figure, path: Path, tips: dict[str, str]) -> str:
-    """Writes the figure as PNG and SVG; `tips` are shown where the pointer rests on the artist of that gid. Returns the SVG."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """Writes the figure as PNG and SVG; `tips` are shown where the pointer rests on the artist of
+    that gid. Returns the SVG.
+    """
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None})
-    figure.savefig(path.with_suffix(".png"), dpi=130)
+    write_figure(path.with_suffix(".png"), figure, dpi=130)
     plt.close(figure)
     ElementTree.register_namespace("", SVG)
     ElementTree.register_namespace("xlink", "http://www.w3.org/1999/xlink")
     root = ElementTree.fromstring(buffer.getvalue())
     for group in root.iter(f"{{{SVG}}}g"):
-        if group.get("id") in tips:
+        if (gid := group.get("id", "")) in tips:
             title = ElementTree.Element(f"{{{SVG}}}title")
-            title.text = tips[group.get("id")]
+            title.text = tips[gid]
             group.insert(0, title)
     for metadata in root.findall(f"{{{SVG}}}metadata"):
         root.remove(metadata)

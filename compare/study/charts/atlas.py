@@ -1,11 +1,11 @@
-"""Stability maps: every run by its class, the measured boundary, the claimed limit and the default."""
+"""Stability maps: every run by its class, the measured boundary, claimed limit and default."""
 
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from compare.report.charts import INK
+from cases.style import INK
 from compare.study.charts import STUDY_STYLE, save
 from compare.study.atlas import default_of, limit, relaxation_limit
 
@@ -31,57 +31,13 @@ def draw(planes: list[dict], rows: list[list], scene, path: Path) -> str:
         figure, axes = plt.subplots(
             lines, columns, figsize=(11.0, 3.3 * lines), squeeze=False, layout="constrained"
         )
-        tips, seen = {}, set()
+        tips: dict[str, str] = {}
         for n, (ax, plane) in enumerate(zip(axes.ravel(), planes)):
-            heights = np.arange(len(rows[n]))
-            for height, (value, row) in zip(heights, rows[n]):
-                for k, run in enumerate(row["runs"]):
-                    marker, colour = CLASSES[run["status"]]
-                    warned = run["status"] == "ok" and run.get("warnings", "none") != "none"
-                    gid = f"{path.stem}-{n}-{height}-{k}"
-                    ax.plot(
-                        run["value"],
-                        height,
-                        marker,
-                        color="white" if warned else colour,
-                        mec=colour,
-                        ms=5.5,
-                        gid=gid,
-                    )
-                    tips[gid] = (
-                        f"{run['status']} at {plane['along']} = {run['value']:.4g}, {plane['across']} = {value}\n"
-                        f"{run.get('message', '')} {run.get('warnings', '')}\n{run.get('command', '')}"
-                    )
-                    seen.add(run["status"])
-            between = [
-                np.sqrt(row["good"] * row["bad"])
-                if np.isfinite(row["good"] * row["bad"])
-                else np.nan
-                for _, row in rows[n]
-            ]
-            ax.plot(between, heights, "-", color=INK, lw=1.4, zorder=1)
-            ax.plot(
-                [limit(plane, value, scene) for value, _ in rows[n]],
-                heights,
-                "--",
-                color="#1f5fa8",
-                lw=1.4,
-                zorder=1,
-            )
-            ax.plot(
-                [relaxation_limit(plane, value, scene) for value, _ in rows[n]],
-                heights,
-                "-.",
-                color="#b0367a",
-                lw=1.4,
-                zorder=1,
-            )
-            ax.axvline(default_of(plane, scene), color="#8a8f98", ls=":", lw=1.4, zorder=1)
-            ax.set(xscale="log", title=plane["name"], xlabel=plane["along"].replace("_", " "))
-            ax.set_yticks(heights, [f"{value:g}" for value, _ in rows[n]])
-            ax.set_ylabel(plane["across"].replace("_", " "))
+            tips |= draw_runs(ax, plane, rows[n], f"{path.stem}-{n}")
+            draw_limits(ax, plane, rows[n], scene)
         for ax in axes.ravel()[len(planes) :]:
             ax.set_axis_off()
+        seen = {run["status"] for found in rows for _, row in found for run in row["runs"]}
         handles = [
             plt.Line2D(
                 [], [], ls="none", marker=CLASSES[name][0], color=CLASSES[name][1], label=name
@@ -106,6 +62,47 @@ def draw(planes: list[dict], rows: list[list], scene, path: Path) -> str:
         ]
         axes.ravel()[-1].legend(handles=handles, loc="center", ncols=2, fontsize=8)
         return save(figure, path, tips)
+
+
+def draw_runs(ax, plane: dict, rows: list, prefix: str) -> dict[str, str]:
+    """Every run of a plane as a marker of its class; returns what each tells, by its gid."""
+    tips = {}
+    for height, (value, row) in enumerate(rows):
+        for k, run in enumerate(row["runs"]):
+            marker, colour = CLASSES[run["status"]]
+            warned = run["status"] == "ok" and run.get("warnings", "none") != "none"
+            gid = f"{prefix}-{height}-{k}"
+            ax.plot(
+                run["value"],
+                height,
+                marker,
+                color="white" if warned else colour,
+                mec=colour,
+                ms=5.5,
+                gid=gid,
+            )
+            tips[gid] = (
+                f"{run['status']} at {plane['along']} = {run['value']:.4g}, "
+                f"{plane['across']} = {value}\n"
+                f"{run.get('message', '')} {run.get('warnings', '')}\n{run.get('command', '')}"
+            )
+    return tips
+
+
+def draw_limits(ax, plane: dict, rows: list, scene):
+    """The measured boundary over a plane's rows, the limits that are claimed, and the default."""
+    heights = np.arange(len(rows))
+    products = [row["good"] * row["bad"] for _, row in rows]
+    between = [np.sqrt(product) if np.isfinite(product) else np.nan for product in products]
+    claimed = [limit(plane, value, scene) for value, _ in rows]
+    relaxation = [relaxation_limit(plane, value, scene) for value, _ in rows]
+    ax.plot(between, heights, "-", color=INK, lw=1.4, zorder=1)
+    ax.plot(claimed, heights, "--", color="#1f5fa8", lw=1.4, zorder=1)
+    ax.plot(relaxation, heights, "-.", color="#b0367a", lw=1.4, zorder=1)
+    ax.axvline(default_of(plane, scene), color="#8a8f98", ls=":", lw=1.4, zorder=1)
+    ax.set(xscale="log", title=plane["name"], xlabel=plane["along"].replace("_", " "))
+    ax.set_yticks(heights, [f"{value:g}" for value, _ in rows])
+    ax.set_ylabel(plane["across"].replace("_", " "))
 
 
 def draw_trends(trends, path: Path) -> str:

@@ -1,4 +1,6 @@
-"""What changes of the numerics change: final extent with intervals against their limits, and the shares of energy lost."""
+"""What changes of the numerics change: final extent with intervals against their limits, and the
+shares of energy lost.
+"""
 
 from pathlib import Path
 
@@ -37,22 +39,7 @@ def draw(table, path: Path) -> str:
         )
         for i, (group, setting) in enumerate(names):
             part, base = rows[group, setting], rows[group, next(s for g, s in names if g == group)]
-            for k, (name, (_, colour)) in enumerate(EXTENT.items()):
-                y = i + 0.22 * (k - 1)
-                limit = part["limit"].get(name)
-                if limit == limit and part["verdict"][name] == part["verdict"][name]:
-                    left.barh(y, 2 * limit, left=-limit, height=0.2, color=colour, alpha=0.15, lw=0)
-                scale = base["mean"][name]
-                spread = part["deviation"][name] / scale
-                left.errorbar(
-                    part["mean"][name] / scale - 1.0,
-                    y,
-                    xerr=None if np.isnan(spread) else spread,
-                    fmt="o",
-                    ms=4,
-                    color=colour,
-                    lw=1.2,
-                )
+            draw_extent(left, i, part, base)
             start = 0.0
             for name, (_, colour) in LOSSES.items():
                 if name in part.index:
@@ -88,3 +75,23 @@ def draw(table, path: Path) -> str:
                 fontsize=9,
             )
         return save(figure, path, {})
+
+
+def draw_extent(ax, place: int, part, base):
+    """How far the extent of one setting lies from that of its group's first, beside the limits."""
+    for k, (name, (_, colour)) in enumerate(EXTENT.items()):
+        y = place + 0.22 * (k - 1)
+        limit = part["limit"].get(name)
+        if limit == limit and part["verdict"][name] == part["verdict"][name]:
+            ax.barh(y, 2 * limit, left=-limit, height=0.2, color=colour, alpha=0.15, lw=0)
+        scale = base["mean"][name]
+        spread = part["deviation"][name] / scale
+        ax.errorbar(
+            part["mean"][name] / scale - 1.0,
+            y,
+            xerr=None if np.isnan(spread) else spread,
+            fmt="o",
+            ms=4,
+            color=colour,
+            lw=1.2,
+        )

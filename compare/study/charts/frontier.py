@@ -1,4 +1,6 @@
-"""Work against precision: every recipe as a point, the Pareto front, the seeds' scatter as a band, failures on the top edge."""
+"""Work against precision: every recipe as a point, the Pareto front, the seeds' scatter as a band,
+failures on the top edge.
+"""
 
 from pathlib import Path
 
@@ -6,7 +8,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
-from compare.report.charts import DEM, INK, panels
+from cases.style import DEM, INK
+from compare.report.charts import panels
 from compare.study.charts import STUDY_STYLE, save
 from compare.study.frontier import band, front, grain_cost
 from compare.study.distance import WORDS
@@ -56,7 +59,9 @@ def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> str:
 
 
 def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
-    """The chart against each law's own fine-grid solution; the error of that solution from the grains is a line."""
+    """The chart against each law's own fine-grid solution; the error of that solution from the
+    grains is a line.
+    """
     with plt.rc_context(STUDY_STYLE):
         figure, (axes,) = panels(1, False, height=5.2)
         own = points[
@@ -70,7 +75,8 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
             axes.text(
                 0.998 - 0.33 * (i % 3),
                 limit[f"error_{name}"],
-                f"model error of {limit['law'].replace('_', ' ')} ({1e3 * float(limit['cell_size']):.3g} mm) ",
+                f"model error of {limit['law'].replace('_', ' ')} "
+                f"({1e3 * float(limit['cell_size']):.3g} mm) ",
                 transform=axes.get_yaxis_transform(),
                 color=LAWS[limit["law"]],
                 va="bottom",
@@ -82,7 +88,7 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
 
 
 def scatter(axes, points: pd.DataFrame, column: str, prefix: str) -> float:
-    """Every point by law and series, the front as a line; returns the height failures are drawn at."""
+    """Every point by law and series, the front as a line; returns the height of failures."""
     good, bad = points[points["status"] == "ok"], points[points["status"] != "ok"]
     top = 2.0 * max(good[column].max(), 0.5)
     names = {name: marker for name, marker in zip(points["series"].unique(), MARKERS * 2)}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from compare.report.charts import COLOUR, INK
+from cases.style import COLOUR, INK
 from compare.study.charts import STUDY_STYLE, save
 
 

@@ -3,7 +3,8 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 
-from compare.report.charts import INK, NARROW, WIDE, chart
+from cases.style import INK
+from compare.report.charts import NARROW, WIDE, chart
 from compare.report.charts.collapse import instants, reach, scatter, when
 from compare.metrics.final_height import final_height
 from compare.metrics.run_out import run_out

@@ -1,4 +1,5 @@
-from compare.report.charts import INK, MPM, chart, panels
+from cases.style import INK, MPM
+from compare.report.charts import chart, panels
 from compare.metrics.kinetic_energy_peak_time import kinetic_energy_peak_time
 
 

@@ -1,15 +1,18 @@
 """Holding stresses on an orthogonal periodic box by moving its sides."""
+
 import numpy as np
 
-from dem_reference.element.liggghts import Box
+from cases.errors import EngineError
+from dem_reference.periodic.box import Box
 
 
 class Servo:
     """Proportional-integral control of the box's principal stresses.
 
     rate_i = (x_i + z_i/(4 tau))/tau,  x_i = (target_i - sigma_i)/K,  z_i = integral of x_i dt,
-    critically damped if the packing's stiffness is K = 0.3 E^(2/3) p^(1/3), that of a Hertzian packing of spheres; tau is a few
-    passages of an elastic wave through the box. Rates [1/s] and stresses [Pa], compression positive.
+    critically damped if the packing's stiffness is K = 0.3 E^(2/3) p^(1/3), that of a Hertzian
+    packing of spheres; tau is a few passages of an elastic wave through the box. Rates [1/s] and
+    stresses [Pa], compression positive.
     """
 
     INTERVAL = 50  # steps between corrections
@@ -23,7 +26,10 @@ class Servo:
         self.integral = np.zeros(3)
 
     def advance(self, targets: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """One interval: sides with a finite target follow it, the others shrink at `rates`; returns the stresses [Pa]."""
+        """One interval; returns the stresses, (3,) [Pa].
+
+        Sides with a finite target follow it, the others shrink at `rates`; both (3,).
+        """
         held = np.isfinite(targets)
         error = np.where(held, targets - self.box.stress, 0.0) / self.stiffness
         self.integral += error * self.INTERVAL * self.box.time_step
@@ -37,14 +43,18 @@ class Servo:
         return self.box.stress
 
     def isotropic(self, pressure: float, tolerance: float = 0.01, longest: int = 4000) -> None:
-        """Brings all three stresses to `pressure` [Pa] and keeps them there for 40 corrections in a row."""
+        """Brings all three stresses to `pressure` [Pa] and keeps them there.
+
+        That is, within `tolerance` for 40 corrections in a row; EngineError when `longest`
+        corrections do not do.
+        """
         inside = 0
         for _ in range(longest):
             stress = self.advance(np.full(3, pressure), np.zeros(3))
             inside = inside + 1 if np.all(abs(stress / pressure - 1) < tolerance) else 0
             if inside == 40:
                 return
-        raise RuntimeError(
+        raise EngineError(
             f"servo: {pressure:g} Pa not held within {tolerance:.0%} after {longest} corrections "
             f"(stresses {', '.join(f'{s:.4g}' for s in stress)} Pa) lower the rate limit"
         )

@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 
 from cases.errors import CaseError
-from dem_reference.element.grains import Grains
+from dem_reference.grains import Grains
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = ROOT / "cases" / "element_schema.toml"

@@ -1,11 +1,13 @@
-"""Figures of the element tests, one file each: `draw(rows, models, path)`. Here what they share."""
-import os
+"""What the figures of the element tests share: `draw(rows, models, path)` of each draws with it."""
+
 from functools import wraps
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from compare.report.charts import STYLE
+from cases.files import write_figure
+from cases.style import STYLE
+from compare.element.model import Law
 
 CARD_LINES = ("--", "-", ":", "-.")
 
@@ -26,12 +28,12 @@ def colours(count: int, name: str = "viridis"):
     return [plt.get_cmap(name)(0.05 + 0.85 * i / max(count - 1, 1)) for i in range(count)]
 
 
-def line_styles(models: dict) -> dict:
+def line_styles(models: dict[str, Law]) -> dict[str, str]:
     """A line style per card, in the order the cards were named."""
     return dict(zip(models, CARD_LINES))
 
 
-def card_legend(axes, models: dict, dem: str = "DEM") -> None:
+def card_legend(axes, models: dict[str, Law], dem: str = "DEM") -> None:
     """A legend that tells DEM markers from the cards' lines."""
     handles = [plt.Line2D([], [], color="0.3", linestyle="none", marker="o", markersize=4)]
     handles += [
@@ -42,16 +44,11 @@ def card_legend(axes, models: dict, dem: str = "DEM") -> None:
 
 def save(figure, path: Path) -> list[Path]:
     """Writes the figure as PNG and SVG beside each other (atomically) and closes it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     files = []
     for ending in ("png", "svg"):
-        part, file = path.with_name(f".{path.name}.{ending}"), path.with_name(
-            f"{path.name}.{ending}"
-        )
-        figure.savefig(
-            part, format=ending, dpi=150, metadata={"Date": None} if ending == "svg" else None
-        )
-        os.replace(part, file)
+        file = path.with_name(f"{path.name}.{ending}")
+        metadata = {"Date": None} if ending == "svg" else None
+        write_figure(file, figure, dpi=150, metadata=metadata)
         files.append(file)
     plt.close(figure)
     return files

@@ -1,39 +1,43 @@
-"""python3 -m dem_reference.element CASE [--point NAME]: runs what the case's reference lacks, one point or all.
+"""python3 -m compare.element CASE [--point NAME] [--gather]
 
-A point's record is written to build/element/<test>/ and gathered into CASE/reference/<test>.csv; a killed campaign goes on
-where it stopped.
+Runs what the case's reference lacks, one point or all. A point's record is written to
+build/element/<test>/ and gathered into CASE/reference/<test>.csv; a killed campaign goes on where
+it stopped.
 """
+
 import argparse
 import sys
 from pathlib import Path
 
 from cases.errors import CaseError
-from dem_reference.element import campaign
-from dem_reference.element.case import Case
+from compare.element import campaign
+from compare.element.case import Case
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="compare.element",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("case", type=Path)
     parser.add_argument("--point", help="the one point to run, by name; its record is not gathered")
     parser.add_argument("--gather", action="store_true", help="only gather the records that wait")
     arguments = parser.parse_args()
-    command = f"python3 -m dem_reference.element {arguments.case}"
+    command = f"python3 -m compare.element {arguments.case}"
     try:
         case = Case(arguments.case)
-        if arguments.point:
-            named = {campaign.name_of(case, point): point for point in campaign.points(case)}
-            if arguments.point not in named:
-                raise CaseError(
-                    f"{case.path}: no point '{arguments.point}' (one of {', '.join(named)} expected)"
-                )
-            campaign.store_point(case, named[arguments.point])
-            return 0
+        named = {campaign.name_of(case, point): point for point in campaign.points(case)}
+        if arguments.point and arguments.point not in named:
+            raise CaseError(
+                f"{case.path}: no point '{arguments.point}' (one of {', '.join(named)} expected)"
+            )
     except CaseError as error:
         print(error, file=sys.stderr)
         return 2
+    if arguments.point:
+        campaign.store_point(case, named[arguments.point])
+        return 0
     if not arguments.gather:
         for point in campaign.missing(case):
             if not campaign.record_file(case, point).exists():

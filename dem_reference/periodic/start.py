@@ -1,11 +1,13 @@
 """Where the grains of a periodic box start: random, without overlap."""
+
 import numpy as np
+from numpy.typing import ArrayLike
 
-from dem_reference.element.grains import Grains
+from cases.errors import EngineError
+from dem_reference.grains import Grains
 
-START = (
-    0.25  # solid fraction of the random sequential addition, safely below its saturation at 0.38
-)
+# Solid fraction of the random sequential addition, safely below its saturation at 0.38.
+START = 0.25
 
 
 def box_side(grains: Grains, count: int, solid_fraction: float) -> float:
@@ -13,11 +15,11 @@ def box_side(grains: Grains, count: int, solid_fraction: float) -> float:
     return (count * grains.volume / solid_fraction) ** (1 / 3)
 
 
-def random_positions(count: int, sides, seed: int) -> tuple[np.ndarray, float]:
+def random_positions(count: int, sides: ArrayLike, seed: int) -> tuple[np.ndarray, float]:
     """Random sequential addition in a periodic box of `sides` (one length or three) [m].
 
-    Returns the centres, shape (count, 3) [m], and the diameter [m] that makes the solid fraction START: the
-    grains are then grown to their own size by the engine.
+    Returns the centres, (count, 3) [m], and the diameter [m] that makes the solid fraction START:
+    the grains are then grown to their own size by the engine. EngineError when it gets stuck.
     """
     sides = np.broadcast_to(sides, 3)
     random = np.random.default_rng(seed)
@@ -33,6 +35,7 @@ def random_positions(count: int, sides, seed: int) -> tuple[np.ndarray, float]:
             placed += 1
             if placed == count:
                 return centres, diameter
-    raise RuntimeError(
-        f"packing: placed {placed} of {count} grains (random addition got stuck) another seed may do"
+    raise EngineError(
+        f"packing: placed {placed} of {count} grains (random addition got stuck) another seed "
+        "may do"
     )
