@@ -129,7 +129,8 @@ def write_run(
             step = f.create_group(f"data/{i * 100}")
             step.attrs.update({"time": tau * motion.scale, "dt": 1e-5, "timeUnitSI": 1.0})
             cloud = step.create_group("particles/cloud")
-            _write_cloud(cloud, engine, *motion.place(tau), mass, void_ratio)
+            x, v = motion.place(tau)
+            _write_cloud(cloud, engine, x, v, mass, void_ratio)
 
         tau = np.linspace(0.0, duration, 501)
         potential = 9.81 * (mass * x0[:, 1]).sum() / motion.stretch_at(tau)
