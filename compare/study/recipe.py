@@ -59,7 +59,7 @@ class Recipe:
 
     @classmethod
     def of(cls, values: dict[str, Any]) -> "Recipe":
-        told = values | {"sets": tuple(values["sets"])}
+        told: dict[str, Any] = values | {"sets": tuple(values["sets"])}
         return cls(**told)
 
 
