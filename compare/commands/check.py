@@ -114,15 +114,15 @@ def clang_tidy() -> str:
 def compiler(command: str) -> list[str]:
     """The flags of a compiler's command line.
 
-    Without its launcher, its input, its output, and precompiled headers: those are of another
-    compiler.
+    Without its launcher, its input, its output, and what is of another compiler: warnings, and
+    precompiled headers.
     """
     flags: list[str] = []
     rest = iter(shlex.split(command))
     for word in rest:
         if word in ("-o", "-c", "-include"):
             next(rest)
-        elif (flags or word.startswith("-")) and word != "-Winvalid-pch":
+        elif (flags or word.startswith("-")) and not word.startswith("-W"):
             flags.append(word)
     return flags
 

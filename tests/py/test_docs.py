@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-ELSEWHERE = {"build", "runs", ".git", ".hypothesis", ".pytest_cache", ".snakemake"}
+ELSEWHERE = {"build", "runs", ".git", ".hypothesis", ".mypy_cache", ".pytest_cache", ".snakemake"}
 SOURCE = {".py", ".hpp", ".cpp", ".toml", ".j2", ".in", ".txt", ".cmake", ".yaml", ""}
 MADE = {".h5", ".html", ".json", ".pvd", ".vtu", ".csv", ".png"}  # files that runs write
 
