@@ -1,4 +1,7 @@
-"""A case, as Python sees it: checked and completed by mpm_case, the only validator, and read back from its TOML."""
+"""Input files, as Python sees them: checked and completed by mpm_case, and read back from its TOML.
+
+There is no other validator.
+"""
 
 import subprocess
 import tomllib
@@ -13,9 +16,10 @@ from cases.programs import ROOT, program
 
 @dataclass(frozen=True)
 class Case:
-    """Every key of cases/schema.toml with a value of its declared type, in bounds.
+    """Every key of the schema of the file's kind with a value of its declared type, in bounds.
 
-    `case["geometry.height"]` is a value, `case["geometry"]` a table of them; units are the schema's.
+    `case["geometry.height"]` is a value, `case["geometry"]` a table of them; units are those of
+    cases/schema.toml, or of the schema of another kind.
     """
 
     path: Path
@@ -30,32 +34,35 @@ class Case:
         return value
 
 
-def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
-    """The case of a file, or of a folder that holds case.toml; `overrides` are "key=value".
+def load(path: str | Path, overrides: Iterable[str] = (), kind: str = "scene") -> Case:
+    """The case of a file, or of a folder with a case.toml; `overrides` are a scene's "key=value".
 
-    Raises CaseError with the validator's line; EngineError if the validator is not built.
+    `kind` is scene, element, point or study; "" leaves it to the file's name. Raises CaseError with
+    the validator's line; EngineError if the validator is not built.
     """
     path = Path(path)
     if path.is_dir():
         path = path / "case.toml"
     command = [
-        program("mpm_case"),
-        path,
+        str(program("mpm_case")),
+        str(path),
+        *(["--kind", kind] if kind else []),
         *(word for assignment in overrides for word in ("--set", assignment)),
     ]
     try:
         check = subprocess.run(command, capture_output=True, text=True, check=False)
     except FileNotFoundError as missing:
         raise EngineError(
-            f"{command[0]}: no such program (not built). Build it with: cmake --build --preset release"
+            f"{command[0]}: no such program (not built). "
+            "Build it with: cmake --build --preset release"
         ) from missing
     if check.returncode:
         raise CaseError(check.stderr.strip())
-    return parse(check.stdout, path, path.read_text())
+    return Case(path, path.read_text(), check.stdout, tomllib.loads(check.stdout))
 
 
 def parse(resolved: str, path: str | Path = "", text: str = "") -> Case:
-    """The case of a resolved TOML text, such as the attribute `case_resolved` of a result file.
+    """The scene of a resolved TOML text, such as the attribute `case_resolved` of a result file.
 
     A file written before the schema gained a key has that key's default.
     """

@@ -1,37 +1,67 @@
-// mpm_case: checks a case file and prints it complete; or prints what a case file may hold.
+// mpm_case: checks an input file of any kind and prints it complete; or prints what such a file may
+// hold, or the codes of failures.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 
 #include "cases/case.hpp"
+#include "cases/kinds.hpp"
+
+namespace {
+
+using namespace grainpair;
+
+void print_codes() {
+  for (const auto& failure : failure_codes)
+    fmt::print("failure {}: {}\n", failure.name, failure.doc);
+  for (const auto& warning : warning_codes)
+    fmt::print("warning {}: {}\n", warning.name, warning.doc);
+}
+
+std::string complete_file(const std::string& path, Kind kind,
+                          const std::vector<std::string>& overrides) {
+  if (kind == Kind::scene) return Case::load(path, overrides).resolved();
+  if (!overrides.empty())
+    throw CaseError(fmt::format("--set {}: only a scene takes --set", overrides.front()));
+  return read_document(path, kind).values.as_toml();
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Checks a case file against the schema and prints it complete, as TOML."};
-  std::string path;
+  CLI::App app{"Checks an input file against its schema and prints it complete, as TOML."};
+  std::string path, kind;
   std::vector<std::string> overrides;
-  bool describe = false;
-  app.add_option("case", path,
-                 "case file, or a folder that holds case.toml; with --describe the start of a key");
-  app.add_option("--set", overrides, "key=value that overrides the file; may be repeated")
+  bool describe = false, codes = false;
+  app.add_option(
+      "file", path,
+      "input file, or a folder that holds case.toml; with --describe the start of a key");
+  app.add_option("--kind", kind,
+                 "scene, element, point or study (a file called study.toml is a study, any other a "
+                 "scene)");
+  app.add_option("--set", overrides, "key=value that overrides a scene's file; may be repeated")
       ->take_all()
       ->expected(1);
   app.add_flag("--describe", describe, "print the schema instead");
+  app.add_flag("--failures", codes, "print the codes of failures and warnings instead");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
-  if (describe) {
-    fmt::print("{}", grainpair::describe_keys(path));
-    return 0;
-  }
-  if (path.empty()) {
-    fmt::print(stderr, "mpm_case: no case file (name one, or ask for --describe)\n");
-    return 2;
-  }
+  if (kind.empty())
+    kind = std::filesystem::path(path).filename() == "study.toml" ? "study" : "scene";
   try {
-    fmt::print("{}", grainpair::Case::load(path, overrides).resolved());
-  } catch (const grainpair::CaseError& error) {
+    if (codes)
+      print_codes();
+    else if (describe)
+      fmt::print("{}", describe_keys(path, kind_named(kind)));
+    else if (path.empty())
+      throw CaseError("mpm_case: no case file (name one, or ask for --describe)");
+    else
+      fmt::print("{}", complete_file(path, kind_named(kind), overrides));
+  } catch (const CaseError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 2;
   }

@@ -1,9 +1,52 @@
-"""The two ways a command fails; the launcher prints the line and exits with the code."""
+"""The two ways a command fails; the launcher prints the line and exits with the code.
+
+A failure that somebody tells from others carries a code, which ends its line in brackets: the
+message may be reworded, the code stays. The codes are those of cases/failure.hpp, which
+`mpm_case --failures` prints; a test compares the two.
+"""
+
+from enum import StrEnum
 
 
-class CaseError(Exception):
+class Failure(StrEnum):
+    """Why an engine could not go on."""
+
+    NOT_FINITE = "not-finite"
+    ENERGY_GROWTH = "energy-growth"
+    EJECTED = "ejected"
+    INVERTED = "inverted"
+    UNATTAINABLE = "unattainable"
+    LOST_GRAINS = "lost-grains"
+    REFUSED = "refused"
+    CPU_LIMIT = "cpu-limit"
+
+
+class Warned(StrEnum):
+    """What spoils a result without ending its run; the first word of a warning's line."""
+
+    DRIFT = "drift"
+    NOISE = "noise"
+    LOCKING = "locking"
+    LOSS = "loss"
+    TENSION = "tension"
+
+
+def code_of(line: str) -> Failure | None:
+    """The code that ends a line, such as a program's last word on standard error."""
+    return next((code for code in Failure if line.endswith(f" [{code}]")), None)
+
+
+class Failed(Exception):
+    """A line, and the code that ends it; of a child's line the code is read."""
+
+    def __init__(self, line: str, code: Failure | None = None):
+        super().__init__(f"{line} [{code}]" if code else line)
+        self.code = code or code_of(line)
+
+
+class CaseError(Failed):
     """Bad input, said in one line: `file:line: problem (why) hint`. Exit code 2."""
 
 
-class EngineError(Exception):
+class EngineError(Failed):
     """A program of a run failed or is missing, said in one line. Exit code 3."""

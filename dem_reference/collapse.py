@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.errors import EngineError
+from cases.errors import EngineError, Failure
 
 from . import scene
 from .audit import Audit, without_split
@@ -109,7 +109,10 @@ class Column:
     def refuse_losses(self, now: float) -> None:
         lost = self.count - self.engine.count()
         if lost:
-            raise EngineError(f"LIGGGHTS: lost {lost} of {self.count} grains by t = {now:.4g} s")
+            raise EngineError(
+                f"LIGGGHTS: lost {lost} of {self.count} grains by t = {now:.4g} s",
+                Failure.LOST_GRAINS,
+            )
 
 
 def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dict, report) -> None:

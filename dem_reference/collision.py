@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.case import load
-from cases.errors import CaseError, EngineError
+from cases.errors import CaseError, EngineError, Failure
 
 from . import scene
 from .contacts import Snapshot, dot
@@ -83,7 +83,8 @@ def collide(case: dict, grains: Grains, dt: float, log: Path, report: Report) ->
         touched = touching
     if touched.any() or not steps.all():
         raise EngineError(
-            "collision: a pair has not met and parted (contact longer than three Hertz times)"
+            "collision: a pair has not met and parted (contact longer than three Hertz times)",
+            Failure.LOST_GRAINS,
         )
     before = mass * dot(v, v)
     lost = before - sum(

@@ -16,7 +16,7 @@ tangential spring:
 from dataclasses import dataclass
 from math import log, pi, sqrt
 
-from cases.errors import CaseError
+from cases.errors import CaseError, Failure
 
 # Fewest steps that a head-on collision at sqrt(2 g H), the fastest there is, must last. The
 # restitution realised is then within 1 % of the one asked for, in slower collisions better
@@ -129,13 +129,15 @@ def time_step(grains: Grains, fraction: float, height: float, gravity: float) ->
     if fraction > LARGEST_RAYLEIGH_FRACTION:
         raise CaseError(
             f"dem.time_step_fraction: {fraction:g} of the Rayleigh time is above the contact limit "
-            f"(at most {LARGEST_RAYLEIGH_FRACTION:g}) lower it"
+            f"(at most {LARGEST_RAYLEIGH_FRACTION:g}) lower it",
+            Failure.REFUSED,
         )
     steps = grains.contact_time(speed) / dt
     if steps < LEAST_STEPS_PER_CONTACT:
         raise CaseError(
             f"dem.time_step_fraction: a grain that falls from H = {height:g} m hits for "
             f"{steps:.1f} steps only (at least {LEAST_STEPS_PER_CONTACT} resolve the contact) "
-            f"use at most {0.99 * fraction * steps / LEAST_STEPS_PER_CONTACT:.3g}"
+            f"use at most {0.99 * fraction * steps / LEAST_STEPS_PER_CONTACT:.3g}",
+            Failure.REFUSED,
         )
     return dt

@@ -28,7 +28,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from cases.errors import EngineError
+from cases.errors import EngineError, Failure
 
 from . import scene
 from .contacts import Snapshot
@@ -159,7 +159,7 @@ class Attempt:
         engine.commands("unfix drag\nrun 0")
         self.rest(AT_REST, kept, "resting", (0.95, 1.0))
         if engine.count() != kept + self.of_type("glued"):
-            raise EngineError("packing: LIGGGHTS lost grains")
+            raise EngineError("packing: LIGGGHTS lost grains", Failure.LOST_GRAINS)
 
     def of_type(self, name: str) -> int:
         return int((self.engine.atoms()["type"] == scene.TYPES[name]).sum())

@@ -6,13 +6,14 @@ LIGGGHTS ends its process on any error, and holds one simulation only.
 import multiprocessing
 import os
 import resource
+import signal
 import sys
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cases.errors import CaseError, EngineError
+from cases.errors import CaseError, EngineError, Failure
 
 Report = Callable[[float, str], None]  # takes the fraction done and a few words
 
@@ -55,9 +56,7 @@ def run_engine(
     finally:
         child.join()
     if outcome is None:
-        raise EngineError(
-            f"LIGGGHTS: stopped with code {child.exitcode} ({last_error(log, screen)})"
-        )
+        raise stopped(child.exitcode, last_error(log, screen))
     kind, rest = outcome
     if kind == "done":
         return Done(*rest)
@@ -78,6 +77,16 @@ def _child(pipe: Connection, work: Callable, arguments: tuple, screen: Path) -> 
     pipe.close()
     sys.stdout.flush()
     os._exit(0)  # without MPI's farewell
+
+
+def stopped(exit_code: int | None, words: str) -> EngineError:
+    """The engine ended with `exit_code` after these last words; our codes are told from them."""
+    code = None
+    if exit_code == -signal.SIGXCPU:
+        code = Failure.CPU_LIMIT
+    elif "Lost atoms" in words:
+        code = Failure.LOST_GRAINS
+    return EngineError(f"LIGGGHTS: stopped with code {exit_code} ({words})", code)
 
 
 def last_error(log: Path, screen: Path) -> str:

@@ -1,8 +1,8 @@
 """Fit the law's constants to the element tests of the grains, and write a material card.
 
-Only the references of cases/shear, cooling, triaxial and isotropic are used, never a column. The
-card is written with the uncertainty of every constant, beside a table that shows it next to the
-seed's Table 1.
+Only the references of the element tests in which the law is held against the grains are used, never
+a column. The card is written with the uncertainty of every constant, beside a table that shows it
+next to the seed's Table 1.
 """
 
 from pathlib import Path
@@ -14,6 +14,7 @@ from compare.element import calibration
 from compare.element.blocks import MODEL_ERROR, Block
 from compare.element.calibration import NAMES, Fit
 from compare.element.model import Card
+from compare.element.tests import compared_tests
 from dem_reference.grains import Grains
 
 SYMBOLS = {
@@ -81,11 +82,12 @@ def run(options) -> int:
 
 def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
     """The material card, with where it comes from and every constant's uncertainty in comments."""
+    *most, last = (test.name for test in compared_tests())
     lines = [
         f"# {options.card}: calibrated on grains of d = {grains.diameter * 1e3:g} mm, "
         f"E_p = {grains.young_modulus:g} Pa, e_n = {grains.restitution:g}, "
         f"mu = {grains.friction:g},",
-        "# in the element tests shear, cooling, triaxial and isotropic alone; no column was used.",
+        f"# in the element tests {', '.join(most)} and {last} alone; no column was used.",
         f"# Command: grainpair calibrate --start {options.start} --card {options.card} "
         f"--bootstrap {options.bootstrap}",
         f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",

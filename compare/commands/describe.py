@@ -1,7 +1,8 @@
-"""Explain the keys of case files, or a case.
+"""Explain the keys of input files, or such a file.
 
-WORD is the start of a key (`grains`, `mpm.transfer`; all keys by default), or a case, whose
-complete values are shown.
+WORD is the start of a key (`grains`, `mpm.transfer`; all keys by default), or an input file, whose
+complete values are shown. Scenes, element tests, paths of a material point and studies have keys of
+their own: --kind.
 """
 
 import subprocess
@@ -15,13 +16,20 @@ TARGETS = ["mpm_case"]
 
 def arguments(parser):
     parser.add_argument(
-        "word", nargs="?", default="", metavar="WORD", help="start of a key, or a case"
+        "word", nargs="?", default="", metavar="WORD", help="start of a key, or an input file"
+    )
+    parser.add_argument(
+        "--kind",
+        choices=["scene", "element", "point", "study"],
+        default="",
+        help="kind of file (study for a study.toml, else scene)",
     )
 
 
 def run(options) -> int:
+    kind = ["--kind", options.kind] if options.kind else []
     keys = subprocess.run(
-        [program("mpm_case"), "--describe", options.word],
+        [program("mpm_case"), "--describe", options.word, *kind],
         capture_output=True,
         text=True,
         check=True,
@@ -29,5 +37,5 @@ def run(options) -> int:
     if keys.stdout:
         print(keys.stdout, end="")
     else:
-        print(case.load(find_case(options.word)).resolved, end="")
+        print(case.load(find_case(options.word), kind=options.kind).resolved, end="")
     return 0

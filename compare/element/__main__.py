@@ -9,7 +9,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from cases.errors import CaseError
+from cases.errors import CaseError, EngineError
 from compare.element import campaign
 from compare.element.case import Case
 
@@ -32,9 +32,9 @@ def main() -> int:
             raise CaseError(
                 f"{case.path}: no point '{arguments.point}' (one of {', '.join(named)} expected)"
             )
-    except CaseError as error:
+    except (CaseError, EngineError) as error:
         print(error, file=sys.stderr)
-        return 2
+        return 2 if isinstance(error, CaseError) else 3
     if arguments.point:
         campaign.store_point(case, named[arguments.point])
         return 0

@@ -10,6 +10,7 @@ import pandas as pd
 
 from cases.case import Case
 from compare.study import impact
+from compare.study.failure import warnings_of
 from compare.study.recipe import Recipe, assignment
 from compare.study.signature import expand
 
@@ -145,8 +146,7 @@ def detected(point: dict) -> str:
 def shows(point: dict, expected: str) -> bool:
     """Whether a run suffers from the class of failure or the warning named."""
     return point["status"] == expected or (
-        point["status"] == "ok"
-        and any(line.startswith(f"{expected}:") for line in point["warnings"].splitlines())
+        point["status"] == "ok" and expected in warnings_of(point["warnings"])
     )
 
 

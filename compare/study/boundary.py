@@ -7,8 +7,9 @@ import math
 import sys
 from pathlib import Path
 
+from cases.errors import Warned
 from compare.study import impact, job
-from compare.study.failure import DRIFT
+from compare.study.failure import DRIFT, warnings_of
 from compare.study.point import measure
 from compare.study.recipe import Recipe, assignment
 
@@ -51,7 +52,7 @@ def runs_of(scene: Path, task: dict):
             timeout=recipe.timeout,
         )
         point = measure(scene, told)
-        if point["status"] == "ok" and "drift:" in point["warnings"]:
+        if point["status"] == "ok" and Warned.DRIFT in warnings_of(point["warnings"]):
             point |= {"status": DRIFT, "message": point["warnings"]}
         return (
             {

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from cases.case import load
 from cases.errors import EngineError
+from compare.study.failure import classify
 from dem_reference.collision import COLUMNS, table
 from dem_reference.grains import LEAST_STEPS_PER_CONTACT, Grains
 
@@ -27,7 +28,7 @@ def collide(
     try:
         rows = collisions(scene, sets, fraction)
     except EngineError as error:
-        return {"status": "lost grains", "message": str(error)}
+        return {"status": classify(error.code), "message": str(error)}
     name = {column: i for i, column in enumerate(COLUMNS)}
     row = next(row for row in rows if row[name["speed"]] == speed and row[name["angle"]] == 0.0)
     restitution, asked = row[name["restitution"]], load(scene, sets)["grains.restitution"]

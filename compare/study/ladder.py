@@ -2,12 +2,10 @@
 the next one too.
 """
 
-import tomllib
-
 import numpy as np
 
 from compare.verdict import equivalence as verdict
-from cases.case import Case
+from cases.case import Case, load
 from cases.errors import CaseError
 from cases.programs import ROOT
 from compare.study.frontier import grain_cost
@@ -19,7 +17,7 @@ def rungs(scene: Case) -> list[tuple[str, Recipe]]:
     """Name and recipe of each rung, of the case's own [ladder] or of cases/ladder.toml."""
     files = [scene.path.with_name("study.toml"), ROOT / "cases" / "ladder.toml"]
     for file in files:
-        table = tomllib.loads(file.read_text()).get("ladder") if file.exists() else None
+        table = load(file, kind="study").values.get("ladder") if file.exists() else None
         if table:
             return [
                 (rung["name"], recipe_of(rung, table["timeout"], scene)) for rung in table["rung"]
@@ -34,10 +32,10 @@ def recipe_of(rung: dict, timeout: float, scene: Case) -> Recipe:
     sets = [assignment(key, value) for key, value in rung.get("set", {}).items()]
     if "cells" in rung:
         size = min(scene["geometry.height"], scene["geometry.length"]) / rung["cells"]
-        if rung["set"].get("geometry.dimension") == "three_dimensional":
+        if rung.get("set", {}).get("geometry.dimension") == "three_dimensional":
             size = scene["geometry.thickness"] / max(1, round(scene["geometry.thickness"] / size))
         sets.append(f"mpm.cell_size={size:.8g}")
-    return Recipe(rung.get("engine", "mpm"), tuple(sets), rung["name"], timeout)
+    return Recipe(rung["engine"], tuple(sets), rung["name"], timeout)
 
 
 def judge(

@@ -12,9 +12,10 @@ import sys
 import tempfile
 from pathlib import Path
 
+from cases.errors import Failure, code_of
 from compare.mapping.runs import open_run
 from compare.study import job
-from compare.study.failure import TIMEOUT, classify
+from compare.study.failure import classify
 from compare.study.recipe import Recipe
 from compare.study.signature import compact
 
@@ -39,18 +40,13 @@ def measure(scene: Path, recipe: Recipe) -> dict:
             return {"status": "ok"} | compact(open_run(result))
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     spent = usage.ru_utime + usage.ru_stime
-    if (
-        done.returncode < 0 or "code -24" in done.stderr
-    ):  # SIGXCPU, of the program or of a process of its own
-        return {
-            "status": TIMEOUT,
-            "message": f"stopped after {spent:.0f} s of processor time",
-            "cpu_seconds": spent,
-        }
-    line = (done.stderr.strip().splitlines() or [f"ended with code {done.returncode} and no word"])[
-        -1
-    ]
-    return {"status": classify(line), "message": line, "cpu_seconds": spent}
+    said = done.stderr.strip().splitlines()
+    line = said[-1] if said else f"ended with code {done.returncode} and no word"
+    # SIGXCPU, of the program or of a process of its own
+    code = Failure.CPU_LIMIT if done.returncode < 0 else code_of(line)
+    if code == Failure.CPU_LIMIT:
+        line = f"stopped after {spent:.0f} s of processor time"
+    return {"status": classify(code), "message": line, "cpu_seconds": spent}
 
 
 def make(scene: Path, task: dict) -> dict:

@@ -4,7 +4,6 @@ A study's recipes stand in cases/<case>/study.toml.
 """
 
 import itertools
-import tomllib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -64,16 +63,16 @@ class Recipe:
 
 
 def study(scene: case.Case, name: str) -> dict:
-    """The table [<name>] of the case's study.toml. Raises CaseError when there is none."""
+    """The table [<name>] of the case's study.toml, checked against cases/study_schema.toml.
+
+    Raises CaseError with the file and line of a mistake, or when there is no such table.
+    """
     file = scene.path.with_name("study.toml")
     if not file.exists():
         raise CaseError(
             f"{file}: no such file (it holds the recipes of the case's studies) see cases/column_small/study.toml"
         )
-    try:
-        table = tomllib.loads(file.read_text()).get(name)
-    except tomllib.TOMLDecodeError as error:
-        raise CaseError(f"{file}: {error}") from error
+    table = case.load(file, kind="study").values.get(name)
     if table is None:
         raise CaseError(f"{file}: has no table [{name}] (the recipes of this study)")
     return table

@@ -1,177 +1,19 @@
 #include "mpm/programs/point.hpp"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
-#include "mpm/points/body.hpp"
-#include "mpm/output/hdf5.hpp"
 #include "mpm/materials/hyperelastic.hpp"
+#include "mpm/output/hdf5.hpp"
+#include "mpm/points/body.hpp"
 
 namespace grainpair {
 namespace {
-
-// --- reading
-// ---------------------------------------------------------------------------------------------------------
-
-[[noreturn]] void refuse(const std::string& file, const toml::source_region& where,
-                         const std::string& problem) {
-  throw CaseError(fmt::format("{}:{}: {}", file, where.begin.line, problem));
-}
-
-/// A table whose keys must all be asked for.
-class Keys {
- public:
-  Keys(const std::string& file, const toml::table& table, std::string what)
-      : file_(file), table_(table), what_(std::move(what)) {}
-
-  bool has(const std::string& key) const { return table_.contains(key); }
-  void allow(const std::string& key) { asked_.push_back(key); }
-
-  double number(const std::string& key, std::optional<double> otherwise = {}) {
-    const toml::node* node = find(key, otherwise.has_value());
-    if (!node) return *otherwise;
-    const auto value = node->value<double>();
-    if (!value || !std::isfinite(*value))
-      refuse(file_, node->source(), fmt::format("'{}' must be a number", key));
-    return *value;
-  }
-  double positive(const std::string& key, std::optional<double> otherwise = {}) {
-    const double value = number(key, otherwise);
-    if (!(value > 0.0))
-      refuse(file_, where(key), fmt::format("'{}' = {} must be positive", key, value));
-    return value;
-  }
-  long count(const std::string& key, std::optional<long> otherwise = {}) {
-    const toml::node* node = find(key, otherwise.has_value());
-    if (!node) return *otherwise;
-    const auto value = node->value_exact<std::int64_t>();
-    if (!value || *value < 1 || *value > 100'000'000)
-      refuse(file_, node->source(), fmt::format("'{}' must be an integer from 1 to 1e8", key));
-    return static_cast<long>(*value);
-  }
-  std::string word(const std::string& key, const std::vector<std::string>& known,
-                   std::optional<std::string> otherwise = {}) {
-    const toml::node* node = find(key, otherwise.has_value());
-    if (!node) return *otherwise;
-    const auto value = node->value<std::string>();
-    if (!value) refuse(file_, node->source(), fmt::format("'{}' must be a word", key));
-    if (!known.empty() && std::find(known.begin(), known.end(), *value) == known.end())
-      refuse(file_, node->source(),
-             fmt::format("'{}' is no {} (known: {})", *value, key, fmt::join(known, ", ")));
-    return *value;
-  }
-  std::vector<std::string> words(const std::string& key) {
-    std::vector<std::string> values;
-    if (const toml::node* node = find(key, true)) {
-      if (!node->is_array())
-        refuse(file_, node->source(), fmt::format("'{}' must be a list of strings", key));
-      for (const auto& item : *node->as_array()) {
-        if (!item.is_string())
-          refuse(file_, item.source(), fmt::format("'{}' must be a list of strings", key));
-        values.push_back(item.as_string()->get());
-      }
-    }
-    return values;
-  }
-  /// xx yy zz xy yz zx as tensor components
-  SymTensor tensor(const std::string& key) {
-    const toml::node* node = find(key, false);
-    const auto* array = node->as_array();
-    if (!array || array->size() != 6)
-      refuse(file_, node->source(), fmt::format("'{}' must be [xx, yy, zz, xy, yz, zx]", key));
-    SymTensor t;
-    for (std::size_t i = 0; i < 6; ++i) {
-      const auto value = array->get(i)->value<double>();
-      if (!value)
-        refuse(file_, array->get(i)->source(), fmt::format("'{}' must hold six numbers", key));
-      t[static_cast<Eigen::Index>(i)] = (i < 3 ? 1.0 : std::numbers::sqrt2) * *value;
-    }
-    return t;
-  }
-  /// Refuses what nobody asked for.
-  void close() const {
-    for (const auto& [key, node] : table_)
-      if (std::find(asked_.begin(), asked_.end(), key.str()) == asked_.end())
-        refuse(file_, node.source(),
-               fmt::format("unknown key '{}' in {} (known: {})", key.str(), what_,
-                           fmt::join(asked_, ", ")));
-  }
-  toml::source_region where(const std::string& key) const {
-    return table_.contains(key) ? table_.get(key)->source() : table_.source();
-  }
-
- private:
-  const toml::node* find(const std::string& key, bool optional) {
-    asked_.push_back(key);
-    const toml::node* node = table_.get(key);
-    if (!node && !optional)
-      refuse(file_, table_.source(), fmt::format("{} has no '{}'", what_, key));
-    return node;
-  }
-
-  std::string file_;
-  const toml::table& table_;
-  std::string what_;
-  std::vector<std::string> asked_;
-};
-
-Leg read_leg(Keys keys) {
-  using Kind = Leg::Kind;
-  static const std::map<std::string, Kind> kinds{{"strain", Kind::strain},
-                                                 {"isotropic", Kind::isotropic},
-                                                 {"simple_shear", Kind::simple_shear},
-                                                 {"triaxial", Kind::triaxial},
-                                                 {"biaxial", Kind::biaxial},
-                                                 {"rest", Kind::rest}};
-  std::vector<std::string> names;
-  for (const auto& [name, kind] : kinds) names.push_back(name);
-  Leg leg;
-  leg.kind = kinds.at(keys.word("path", names));
-  leg.steps = keys.count("steps");
-  if (leg.kind == Kind::rest) {
-    leg.duration = keys.positive("duration");
-  } else if (leg.kind == Kind::strain) {
-    leg.rate = keys.tensor("rate");
-    leg.duration = keys.positive("duration");
-  } else {
-    const double rate = keys.positive("rate"), strain = keys.number("strain");
-    if (strain == 0.0) throw CaseError("a leg's 'strain' must not be zero (negative: unloading)");
-    const double signed_rate = std::copysign(rate, strain);
-    leg.duration = std::abs(strain) / rate;
-    leg.cycles = keys.has("cycles") ? static_cast<int>(keys.count("cycles"))
-                                    : (keys.number("cycles", 0.0), 0);
-    switch (leg.kind) {
-      case Kind::isotropic:
-        leg.rate = signed_rate / 3.0 * identity();
-        break;
-      case Kind::simple_shear:  // du_x/dy = -rate: D_xy = rate/2 (compression positive), W_xy =
-                                // -rate/2
-        leg.rate[3] = signed_rate / std::numbers::sqrt2;
-        leg.spin[2] = 0.5 * signed_rate;
-        leg.constant_stress = keys.word("constant", {"volume", "stress"}, "volume") == "stress";
-        break;
-      case Kind::triaxial:
-      case Kind::biaxial:
-        leg.rate[1] = signed_rate;
-        leg.constant_stress = true;
-        break;
-      default:
-        break;
-    }
-  }
-  keys.close();
-  return leg;
-}
-
-// --- driving
-// ---------------------------------------------------------------------------------------------------------
 
 /// A body of two points: the one that is, and a trial of what it might become.
 class Point {
@@ -246,8 +88,9 @@ void attempt_at_stress(Point& point, const Leg& leg, const SymTensor& given, con
     b = a + (fa < 0.0 ? width : -width), fb = miss(b);
   }
   if (fa * fb > 0.0)
-    throw PathFailure(fmt::format("{}: no strain rate holds the stress of {:g} Pa (it is {:g})",
-                                  where, target, point.sigma[held]));
+    throw SolverError(Failure::unattainable,
+                      "{}: no strain rate holds the stress of {:g} Pa (it is {:g})", where, target,
+                      point.sigma[held]);
   for (int i = 0; i < 200; ++i) {  // Illinois
     const double x = std::abs(fb - fa) > 0.0 ? b - fb * (b - a) / (fb - fa) : 0.5 * (a + b);
     const double fx = miss(x);
@@ -270,60 +113,6 @@ const std::vector<double>& PointHistory::operator[](const std::string& name) con
   for (const Column& column : columns)
     if (column.name == name) return column.values;
   throw std::logic_error("no column " + name);
-}
-
-PointPath PointPath::load(const std::string& path, const std::vector<std::string>& overrides) {
-  std::ifstream in(path);
-  if (!in) throw CaseError(fmt::format("{}: cannot read the path file", path));
-  std::stringstream text;
-  text << in.rdbuf();
-  toml::table file;
-  try {
-    file = toml::parse(text.str(), path);
-  } catch (const toml::parse_error& error) {
-    refuse(path, error.source(), std::string(error.description()));
-  }
-
-  Keys keys(path, file, "a path file");
-  const std::string base = keys.word("case", {});
-  std::vector<std::string> set = keys.words("set");
-  set.insert(set.end(), overrides.begin(), overrides.end());
-  keys.word("title", {}, "");
-
-  // the law's reference volume is that of the start
-  if (const auto e = file["start"]["void_ratio"].value<double>())
-    set.push_back(fmt::format("initial.void_ratio={}", *e));
-  PointPath result;
-  result.material = Case::load((std::filesystem::path(path).parent_path() / base).string(), set);
-  result.text = text.str();
-  result.every = keys.count("every", 1);
-  if (!file["start"].is_table())
-    refuse(path, keys.where("start"),
-           "a path file needs a table [start] with void_ratio and stress or pressure");
-  keys.allow("start");
-  keys.allow("leg");
-  keys.close();
-  Keys start(path, *file["start"].as_table(), "[start]");
-  result.void_ratio = start.positive("void_ratio", result.material.number("initial.void_ratio"));
-  if (start.has("stress"))
-    result.stress = start.tensor("stress");
-  else
-    result.stress = start.number("pressure", 0.0) * identity();
-  result.granular_temperature =
-      start.number("granular_temperature", result.material.number("initial.granular_temperature"));
-  if (start.has("stress")) start.number("pressure", 0.0);
-  start.close();
-
-  const auto* legs = file["leg"].as_array();
-  if (!legs || legs->empty()) refuse(path, file.source(), "a path file needs at least one [[leg]]");
-  for (const auto& leg : *legs) {
-    if (!leg.is_table()) refuse(path, leg.source(), "'leg' must be an array of tables, [[leg]]");
-    result.legs.push_back(read_leg(Keys(path, *leg.as_table(), "[[leg]]")));
-    if (result.legs.back().constant_stress && result.stress.isZero(0.0))
-      refuse(path, leg.source(),
-             "this leg holds a stress that is zero (give [start] a pressure or a stress)");
-  }
-  return result;
 }
 
 PointHistory drive(const PointPath& path) {
@@ -396,7 +185,8 @@ PointHistory drive(const PointPath& path) {
         point.attempt(given, spin, dt);
       }
       if (!point.sigma.allFinite())
-        throw PathFailure(fmt::format("leg {}, step {}: the stress is no number", l + 1, i + 1));
+        throw SolverError(Failure::not_finite, "leg {}, step {}: the stress is no number", l + 1,
+                          i + 1);
       point.keep();
       time += dt, strain += dt * D;
       plastic += point.energies.plastic, collisional += point.energies.collisional,

@@ -11,6 +11,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "cases/failure.hpp"
 #include "mpm/points/body.hpp"
 #include "mpm/grid/grid.hpp"
 #include "mpm/grid/interpolation_plane.hpp"
@@ -19,11 +20,6 @@
 #include "mpm/grid/walls.hpp"
 
 namespace grainpair {
-
-/// The run cannot go on; programs print it and exit with code 3.
-struct SolverError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// What output and driver see of a solver, whatever its dimension and shape functions.
 class Simulation {

@@ -379,10 +379,11 @@ void Solver<K, S, E>::update_points(double dt, Moves moves) {
   for (const PointSums& s : point_sums_) {
     if (s.inverted >= 0) {
       const auto p = static_cast<std::size_t>(s.inverted);
-      throw SolverError(fmt::format(
+      throw SolverError(
+          Failure::inverted,
           "point {}: volume inverted (void ratio {:.3g}) at ({:.4g}, {:.4g}) m, t = {:.4g} s lower "
           "mpm.time_step_fraction",
-          points_.id[p], points_.void_ratio[p], position(p)[0], position(p)[1], time_));
+          points_.id[p], points_.void_ratio[p], position(p)[0], position(p)[1], time_);
     }
     const double mixing = reduce(s.mixing);
     ledger_.stored += reduce(s.energies.stored);
@@ -424,10 +425,11 @@ void Solver<K, S, E>::book_places() {
     if (s.escaped >= 0) {
       const auto p = static_cast<std::size_t>(s.escaped);
       const Vec3 x = position(p);
-      throw SolverError(fmt::format(
+      throw SolverError(
+          Failure::ejected,
           "point {}: left the grid at ({:.4g}, {:.4g}, {:.4g}) m, t = {:.4g} s (speed {:.3g} m/s) "
           "lengthen geometry.floor_length, or lower mpm.time_step_fraction if the speed is absurd",
-          points_.id[p], x[0], x[1], x[2], time_, velocity(p).norm()));
+          points_.id[p], x[0], x[1], x[2], time_, velocity(p).norm());
     }
   }
   ledger_.time_integration += ledger_.potential - potential;

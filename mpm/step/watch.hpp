@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "cases/failure.hpp"
 #include "mpm/step/solver.hpp"
 
 namespace grainpair {
@@ -27,17 +28,18 @@ class Watch {
   /// After every step. Throws SolverError: not finite, energy growth.
   void step(const Simulation& simulation, long steps) {
     const EnergyLedger& now = simulation.ledger();
-    if (!std::isfinite(now.total())) throw SolverError(not_finite(simulation, steps));
+    if (!std::isfinite(now.total()))
+      throw SolverError(Failure::not_finite, "{}", not_finite(simulation, steps));
     // an account that falls below zero has made energy out of nothing
     created_ =
         std::max(created_, std::max(0.0, -now.transfer) + std::max(0.0, -now.time_integration) +
                                std::max(0.0, -now.mixing) + std::max(0.0, -now.conduction));
     if (created_ > growth * held_)
       throw SolverError(
-          fmt::format("step {}: energy grew to {:.2g} J more than was held at release, {:.0f} % of "
-                      "it, at t = {:.4g} s "
-                      "lower mpm.time_step_fraction",
-                      steps, created_, 100.0 * created_ / held_, simulation.time()));
+          Failure::energy_growth,
+          "step {}: energy grew to {:.2g} J more than was held at release, {:.0f} % of it, at t = "
+          "{:.4g} s lower mpm.time_step_fraction",
+          steps, created_, 100.0 * created_ / held_, simulation.time());
   }
 
   /// At every row of the energy history. Throws SolverError for a point no fall could have made so
@@ -46,38 +48,40 @@ class Watch {
     simulation.visit_points([&](const auto& points) { inspect(simulation, points); });
   }
 
-  /// What spoils the result without ending it, one line each; the end of the run is the time to
-  /// ask.
+  /// What spoils the result without ending it, one line each that starts with the warning's name;
+  /// the end of the run is the time to ask.
   std::vector<std::string> warnings(const EnergyLedger& begin, const EnergyLedger& end) const {
     std::vector<std::string> out;
+    const auto say = [&]<class... Args>(Warning warning, fmt::format_string<Args...> text,
+                                        Args&&... args) {
+      out.push_back(
+          fmt::format("{}: {}", name(warning), fmt::format(text, std::forward<Args>(args)...)));
+    };
     const double released = begin.potential - end.potential;
     if (created_ > drift * held_)
-      out.push_back(fmt::format(
-          "drift: the numerics made {:.0f} % of the energy held at release out of nothing (lower "
+      say(Warning::drift,
+          "the numerics made {:.0f} % of the energy held at release out of nothing (lower "
           "mpm.time_step_fraction)",
-          100.0 * created_ / held_));
+          100.0 * created_ / held_);
     if (noise_ > most_noise)
-      out.push_back(
-          fmt::format("noise: up to {:.0f} % of the kinetic energy is in motion of points that "
-                      "their cell cannot see "
-                      "(lower mpm.relaxation_time)",
-                      100.0 * noise_));
+      say(Warning::noise,
+          "up to {:.0f} % of the kinetic energy is in motion of points that their cell cannot see "
+          "(lower mpm.relaxation_time)",
+          100.0 * noise_);
     if (rough_looks_ > 0 && roughness_ / rough_looks_ > most_roughness)
-      out.push_back(
-          fmt::format("locking: the pressure of points differs within their cells by {:.1f} times "
-                      "its mean, early in "
-                      "the run (use mpm.volumetric_averaging)",
-                      roughness_ / rough_looks_));
+      say(Warning::locking,
+          "the pressure of points differs within their cells by {:.1f} times its mean, early in "
+          "the run (use mpm.volumetric_averaging)",
+          roughness_ / rough_looks_);
     if (released > 0.0 && end.transfer > most_loss * released)
-      out.push_back(fmt::format(
-          "loss: the transfer between points and grid took {:.0f} % of the energy released "
+      say(Warning::loss,
+          "the transfer between points and grid took {:.0f} % of the energy released "
           "(use affine_flip, or finer cells)",
-          100.0 * end.transfer / released));
+          100.0 * end.transfer / released);
     if (tension_ > most_tension)
-      out.push_back(
-          fmt::format("tension: a point pulls with {:.2g} of the column's pressure, beyond the "
-                      "apex of any cone",
-                      tension_));
+      say(Warning::tension,
+          "a point pulls with {:.2g} of the column's pressure, beyond the apex of any cone",
+          tension_);
     return out;
   }
 
@@ -108,12 +112,12 @@ class Watch {
     for (std::size_t p = 0; p < points.size(); ++p) {
       const Vec3 x = simulation.position(p), v = simulation.velocity(p);
       if (v.norm() > most_speed * fall_)
-        throw SolverError(fmt::format(
+        throw SolverError(
+            Failure::ejected,
             "point {}: too fast at ({:.4g}, {:.4g}, {:.4g}) m, t = {:.4g} s ({:.3g} m/s, {:.1f} "
-            "times "
-            "the fall from the column's height) lower mpm.time_step_fraction, or use smoother "
-            "mpm.shape: nodes with next to no mass throw points",
-            points.id[p], x[0], x[1], x[2], simulation.time(), v.norm(), v.norm() / fall_));
+            "times the fall from the column's height) lower mpm.time_step_fraction, or use "
+            "smoother mpm.shape: nodes with next to no mass throw points",
+            points.id[p], x[0], x[1], x[2], simulation.time(), v.norm(), v.norm() / fall_);
       const double m = points.mass[p], pressure = points.sigma[p].template head<3>().sum() / 3.0;
       tension_ = std::max(tension_, -pressure / pressure_);
       kinetic += 0.5 * m * v.squaredNorm();

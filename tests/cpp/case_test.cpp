@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "cases/schema.hpp"
+#include "tests/cpp/case_files.hpp"
 
 namespace grainpair {
 namespace {
@@ -19,35 +20,16 @@ using ::testing::StartsWith;
 
 const std::string cases = GRAINPAIR_SOURCE "/cases";
 
-/// A folder of case files that goes when the test ends.
-class CaseFiles : public ::testing::Test {
+/// Scenes that differ from the seed's in a few lines.
+class CaseFiles : public test::Files {
  protected:
-  CaseFiles()
-      : folder_(fs::path(::testing::TempDir()) /
-                ::testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    fs::create_directories(folder_);
-  }
-  ~CaseFiles() override { fs::remove_all(folder_); }
-
-  std::string file(const std::string& name, const std::string& text) {
-    fs::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-    return (folder_ / name).string();
-  }
   /// A case that is the seed's but for `text`, which starts at line 2.
   std::string variant(const std::string& text) {
     return file("variant.toml", "extends = \"" + cases + "/column/case.toml\"\n" + text);
   }
   std::string refusal(const std::string& path, const std::vector<std::string>& overrides = {}) {
-    try {
-      Case::load(path, overrides);
-    } catch (const CaseError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return test::refusal([&] { Case::load(path, overrides); });
   }
-
-  fs::path folder_;
 };
 
 TEST_F(CaseFiles, EverySceneOfTheProjectIsAccepted) {

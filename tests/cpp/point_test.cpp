@@ -153,12 +153,12 @@ steps = 500
 
 TEST_F(PointPaths, SayWhatIsWrong) {
   EXPECT_NE(refused("[start]\nvoid_ratio = 0.7\n[[leg]]\npath = \"twist\"\nsteps = 10\n")
-                .find("path.toml:5: 'twist' is no path (known: biaxial"),
+                .find("path.toml:5: unknown leg.path 'twist' (known: biaxial"),
             std::string::npos);
   EXPECT_NE(refused("[start]\nvoid_ratio = 0.7\n").find("at least one [[leg]]"), std::string::npos);
   EXPECT_NE(
       refused("[start]\nvoid_ratoi = 0.7\n[[leg]]\npath = \"rest\"\nduration = 1.0\nsteps = 1\n")
-          .find("unknown key 'void_ratoi'"),
+          .find("unknown key 'start.void_ratoi'"),
       std::string::npos);
   EXPECT_NE(refused("[start]\n[[leg]]\npath = \"triaxial\"\nrate = 1.0\nstrain = 0.1\nsteps = 10\n")
                 .find("holds a stress that is zero"),
@@ -166,6 +166,20 @@ TEST_F(PointPaths, SayWhatIsWrong) {
   EXPECT_NE(refused("[start]\n[[leg]]\npath = \"rest\"\nduration = -1.0\nsteps = 10\n")
                 .find("must be positive"),
             std::string::npos);
+}
+
+TEST_F(PointPaths, AStressThatNoRateHoldsIsAFailureWithItsCode) {
+  // a linear skeleton beside a held stress of 1e300 Pa: no rate tried reaches it
+  const auto path = PointPath::load(
+      file("set = [\"material.law=linear_elastic\"]\n[start]\nvoid_ratio = 0.7\npressure = 1e3\n"
+           "[[leg]]\npath = \"triaxial\"\nrate = 1e300\nstrain = 1e300\nsteps = 1\n"));
+  try {
+    drive(path);
+    FAIL() << "driven";
+  } catch (const SolverError& error) {
+    EXPECT_TRUE(error.code == Failure::unattainable || error.code == Failure::not_finite);
+    EXPECT_TRUE(std::string(error.what()).ends_with("]"));
+  }
 }
 
 TEST_F(PointPaths, WritesBothFormats) {

@@ -10,6 +10,8 @@ namespace grainpair {
 namespace {
 
 using namespace test;
+using testing::AllOf;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
@@ -59,7 +61,7 @@ TEST(Watch, EndsTheRunOfAPointNoFallCouldHaveMadeSoFast) {
   const double fall = std::sqrt(2.0 * gravity * height);
   Watched fast([&](const auto&) { return Eigen::Vector2d(3.01 * fall, 0.0); });
   EXPECT_THAT([&] { fast.watch.points(*fast.solver); },
-              ThrowsMessage<SolverError>(HasSubstr("too fast")));
+              ThrowsMessage<SolverError>(AllOf(HasSubstr("too fast"), EndsWith("[ejected]"))));
   Watched slower([&](const auto&) { return Eigen::Vector2d(2.99 * fall, 0.0); });
   EXPECT_NO_THROW(slower.watch.points(*slower.solver));
 }

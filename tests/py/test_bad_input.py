@@ -66,6 +66,29 @@ def call(command: list, folder: Path) -> subprocess.CompletedProcess:
     )
 
 
+# The other kinds of input file: the kind, the file, and the words the line must have.
+BROKEN_OF_KIND = {
+    "element test": (
+        "element",
+        '[element]\ntest = "sheer"\n',
+        "input.toml:2: unknown element.test",
+    ),
+    "point path": ("point", 'case = "x"\n[start]\n[[legs]]\n', "input.toml:3: unknown key 'legs'"),
+    "study": ("study", "[ladder]\ntimeout = 1.0\nrungs = 1\n", "input.toml:3: unknown key"),
+    "not TOML": ("study", "[ladder\n", "input.toml:1: not valid TOML"),
+    "nothing": ("point", "", "input.toml: is empty"),
+}
+
+
+@pytest.mark.parametrize("what", BROKEN_OF_KIND)
+def test_broken_file_of_another_kind_gives_one_line_and_code_2(tmp_path, what):
+    kind, content, words = BROKEN_OF_KIND[what]
+    (tmp_path / "input.toml").write_text(content)
+    result = call([program("mpm_case"), "input.toml", "--kind", kind], tmp_path)
+    assert result.returncode == 2 and result.stdout == ""
+    assert result.stderr.startswith(words) and result.stderr.count("\n") == 1
+
+
 PROGRAMS: dict[str, list] = {
     "launcher": [sys.executable, "-m", "compare", "run", "case.toml"],
     "validator": [program("mpm_case"), "case.toml"],
@@ -89,17 +112,35 @@ def test_broken_case_gives_one_line_and_code_2(tmp_path, what, who):
     assert set(tmp_path.rglob("*")) == before
 
 
-@settings(max_examples=100, deadline=None)
+WHOLE = {
+    "scene": SEED,
+    "element": (ROOT / "cases" / "shear" / "case.toml").read_text(),
+    "study": (ROOT / "cases" / "column_ci" / "study.toml").read_text(),
+    "point": f"""case = "{ROOT / "cases" / "column"}"
+set = ["material.law=mu_i"]
+[start]
+stress = [1e3, 2e3, 1e3, 0, 0, 0]
+[[leg]]
+path = "simple_shear"
+constant = "stress"
+rate = 1
+strain = 0.1
+steps = 10
+""",
+}
+
+
+@settings(max_examples=400, deadline=None)
 @given(st.data())
-def test_no_damage_to_a_case_file_crashes_the_validator(tmp_path_factory, data):
-    """A piece of the seed's case is replaced by arbitrary bytes: accepted or refused in one line,
-    never worse.
-    """
-    text = SEED.encode()
+def test_no_damage_to_an_input_file_crashes_the_validator(tmp_path_factory, data):
+    """A piece of a file is replaced by arbitrary bytes: accepted or refused in one line."""
+    kind = data.draw(st.sampled_from(sorted(WHOLE)))
+    text = WHOLE[kind].encode()
     start = data.draw(st.integers(0, len(text)))
     end = data.draw(st.integers(start, min(start + 20, len(text))))
     file = tmp_path_factory.getbasetemp() / "damaged.toml"
     file.write_bytes(text[:start] + data.draw(st.binary(max_size=20)) + text[end:])
-    result = subprocess.run([program("mpm_case"), file], capture_output=True, timeout=60)
+    command = [program("mpm_case"), file, "--kind", kind]
+    result = subprocess.run(command, capture_output=True, timeout=60)
     assert result.returncode in (0, 2)
     assert result.stderr.count(b"\n") == (result.returncode == 2)

@@ -1,5 +1,7 @@
 """Cases as Python reads them."""
 
+import tomllib
+
 import pytest
 
 from cases import case
@@ -40,3 +42,45 @@ def test_a_mistake_raises_the_validators_line():
         CaseError, match=r"^--set grains.friktion=1: unknown key .* Did you mean 'friction'\?$"
     ):
         case.load(COLUMN, ["grains.friktion=1"])
+
+
+def test_other_kinds_are_read_by_the_same_validator():
+    assert case.load(ROOT / "cases" / "shear", kind="element")["element.grains"] == 500
+    ladder = case.load(ROOT / "cases" / "ladder.toml", kind="study")
+    assert ladder["ladder.rung"][0] == {
+        "name": "Drucker–Prager, 4 cells",
+        "engine": "mpm",
+        "cells": 4,
+        "set": {"material.law": "drucker_prager"},
+    }
+    by_name = case.load(ROOT / "cases" / "column_ci" / "study.toml", kind="")
+    assert by_name.values == case.load(by_name.path, kind="study").values
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "cases").glob("*/study.toml")), ids=str)
+def test_a_checked_study_is_what_its_author_wrote_and_the_defaults(file):
+    holds(case.load(file, kind="study").values, tomllib.loads(file.read_text()))
+
+
+def holds(checked, written):
+    """Everything written is there, of the same type and in the same order."""
+    assert type(checked) is type(written)
+    if isinstance(written, dict):
+        assert not written.keys() - checked.keys()
+        for key, value in written.items():
+            holds(checked[key], value)
+            if key in ("set", "vary", "where"):
+                assert list(checked[key]) == list(value)
+    elif isinstance(written, list):
+        assert len(checked) == len(written)
+        for one, other in zip(checked, written):
+            holds(one, other)
+    else:
+        assert checked == written
+
+
+def test_a_kind_nobody_knows_and_overrides_where_none_belong_are_refused():
+    with pytest.raises(CaseError, match="^--kind scenery: unknown .known: scene, element"):
+        case.load(COLUMN, kind="scenery")
+    with pytest.raises(CaseError, match="only a scene takes --set"):
+        case.load(ROOT / "cases" / "shear", ["grains.friction=0.3"], kind="element")

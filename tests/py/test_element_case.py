@@ -21,13 +21,25 @@ def test_every_shipped_case_is_valid_and_names_its_points_apart(test):
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        (("restitution = 0.879", "restitution = 1.5"), "outside 0.06 .. 1"),
-        (("friction = 0.5", "friktion = 0.5"), "Did you mean 'grains.friction'"),
-        (("friction = 0.5", ""), "missing key 'grains.friction'"),
-        (("strain = 10.0", "strain = 'ten'"), "float expected"),
-        (("rates = [", "rates = 20.0 # ["), "list of at least one value"),
-        (('test = "shear"', 'test = "sheer"'), "one of shear, bumpy_shear"),
-        (('test = "shear"', 'test = "cooling"'), "unknown key 'shear."),
+        (
+            ("restitution = 0.879", "restitution = 1.5"),
+            "case.toml:12: grains.restitution = 1.5 is out of bounds (outside 0.06 .. 1)",
+        ),
+        (
+            ("friction = 0.5", "friktion = 0.5"),
+            "poisson_ratio, restitution, friction). Did you mean 'friction'?",
+        ),
+        (("friction = 0.5", ""), "case.toml: missing key 'grains.friction'"),
+        (("strain = 10.0", "strain = 'ten'"), "case.toml:18: shear.strain must be a number"),
+        (
+            ("rates = [", "rates = 20.0 # ["),
+            "case.toml:17: shear.rates must be a list of at least one value",
+        ),
+        (
+            ('test = "shear"', 'test = "sheer"'),
+            "case.toml:4: unknown element.test 'sheer' (known: shear, bumpy_shear",
+        ),
+        (('test = "shear"', 'test = "cooling"'), "case.toml:16: unknown key 'shear."),
     ],
 )
 def test_a_wrong_case_is_refused_in_one_line(tmp_path, change, complaint):

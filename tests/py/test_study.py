@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 
 from cases import case
 from compare.verdict import equivalence as verdict
-from cases.errors import CaseError
+from cases.errors import Warned
 from compare.metrics import all_metrics
 from cases import programs
 from cases.programs import ROOT
@@ -146,14 +147,18 @@ def test_a_ladder_stops_where_two_rungs_in_a_row_agree():
     assert stop([no] * 6) is None
 
 
-def test_every_detector_of_the_solver_has_its_class():
-    words = (ROOT / "mpm" / "watch.hpp").read_text() + (
-        ROOT / "mpm" / "solver_stages.hpp"
-    ).read_text()
-    for name, lines in failure.CLASSES[:4]:
-        assert any(line in words or line.split()[-1] in words for line in lines), name
-    assert failure.classify("case: point 3: left the grid at (1, 2, 3) m") == "ejected points"
-    assert failure.classify("something else") == failure.OTHER
+def test_figures_and_failures_that_a_study_may_name_are_those_there_are():
+    keys = tomllib.loads((ROOT / "cases" / "study_schema.toml").read_text())
+    expect = keys["atlas"]["keys"]["failure"]["keys"]["expect"]["choices"]
+    assert set(expect) == {*failure.CLASSES.values(), failure.OTHER, *Warned}
+    group = keys["convergence"]["keys"]["group"]["keys"]["change"]["keys"]
+    run = checkerboard(n=20, amplitude=0.1)
+    run.energy |= {name: np.zeros(3) for name in ("kinetic", *figures.ACCOUNTS)}
+    run.energy |= {"time": np.arange(3.0), "potential": np.array([2.0, 1.0, 0.0])}
+    run.attributes |= {"steps": 1, "cpu_seconds": 1.0, "commit": "x"}
+    numbers = {name for name, value in figures.figures(run).items() if not isinstance(value, str)}
+    for entry in (keys["convergence"]["keys"]["at_most"], group["limits"], group["at_most"]):
+        assert set(entry["choices"]) == numbers
 
 
 def test_a_failed_run_is_a_point_and_a_finished_one_is_not_run_again(tmp_path):
@@ -190,6 +195,39 @@ def test_a_failed_run_is_a_point_and_a_finished_one_is_not_run_again(tmp_path):
 def test_bad_input_is_one_line(words, said):
     result = launch(*words)
     assert result.returncode == 2 and result.stderr.count("\n") == 1 and said in result.stderr
+
+
+@pytest.mark.parametrize(
+    "command, change, said",
+    [
+        ("frontier", ("engine =", "engin ="), ":8: unknown key 'frontier.series.engin'"),
+        (
+            "frontier",
+            ("[[frontier.series]]", "[[frontier.serie]]"),
+            ":6: unknown key 'frontier.serie'",
+        ),
+        ("frontier", ("mpm.cell_size", "mpm.cellsize"), ":10: unknown key 'mpm.cellsize'"),
+        (
+            "atlas",
+            ('"energy growth"', '"energy groth"'),
+            "unknown atlas.failure.expect 'energy groth'",
+        ),
+        ("convergence", ("[convergence]", "[convergense]"), "unknown table 'convergense'"),
+        (
+            "ladder",
+            ("[frontier]", "[ladder]\ntimeout = 1.0\n[frontier]"),
+            ":3: missing key 'ladder.rung'",
+        ),
+    ],
+)
+def test_a_slip_in_a_study_is_one_line_with_its_place(tmp_path, command, change, said):
+    text = (CI / "study.toml").read_text()
+    assert change[0] in text
+    (tmp_path / "study.toml").write_text(text.replace(*change, 1))
+    (tmp_path / "case.toml").write_text(f'extends = "{CI / "case.toml"}"\n')
+    result = launch(command, tmp_path)
+    assert result.returncode == 2 and result.stderr.count("\n") == 1
+    assert result.stderr.startswith(f"{tmp_path / 'study.toml'}:") and said in result.stderr
 
 
 @pytest.fixture(scope="module")

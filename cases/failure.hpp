@@ -1,0 +1,80 @@
+// The two ways a program fails, and the codes by which Python tells failures apart: a message may
+// be reworded, its code stays. `mpm_case --failures` prints the codes; Python's are in
+// cases/errors.py, and a test compares the two.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string>
+
+namespace grainpair {
+
+/// Bad input, said in one line: `file:line: problem (why) hint`. Programs print it and exit with
+/// code 2.
+struct CaseError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Why an engine could not go on.
+enum class Failure {
+  not_finite,
+  energy_growth,
+  ejected,
+  inverted,
+  unattainable,
+  lost_grains,
+  refused,
+  cpu_limit
+};
+
+/// What spoils a result without ending its run.
+enum class Warning { drift, noise, locking, loss, tension };
+
+template <class Code>
+struct Coded {
+  Code code;
+  const char* name;
+  const char* doc;
+};
+
+inline constexpr std::array failure_codes{
+    Coded{Failure::not_finite, "not-finite", "a quantity of the solution is no number"},
+    Coded{Failure::energy_growth, "energy-growth", "the numerics made energy out of nothing"},
+    Coded{Failure::ejected, "ejected", "a point left the grid, or is faster than any fall"},
+    Coded{Failure::inverted, "inverted", "a point's volume became negative"},
+    Coded{Failure::unattainable, "unattainable", "no strain rate gives the stress a path asks for"},
+    Coded{Failure::lost_grains, "lost-grains", "grains are gone, or stick to each other"},
+    Coded{Failure::refused, "refused", "the grains' time step cannot resolve their contacts"},
+    Coded{Failure::cpu_limit, "cpu-limit", "the processor time allowed is used up"},
+};
+
+inline constexpr std::array warning_codes{
+    Coded{Warning::drift, "drift", "the numerics made a share of the energy out of nothing"},
+    Coded{Warning::noise, "noise", "points move in ways that their cells cannot see"},
+    Coded{Warning::locking, "locking", "the pressure differs between the points of a cell"},
+    Coded{Warning::loss, "loss", "the transfer took much of the energy released"},
+    Coded{Warning::tension, "tension", "points pull on each other"},
+};
+
+inline const char* name(Failure code) {
+  return std::ranges::find(failure_codes, code, &Coded<Failure>::code)->name;
+}
+inline const char* name(Warning code) {
+  return std::ranges::find(warning_codes, code, &Coded<Warning>::code)->name;
+}
+
+/// The run cannot go on; programs print the line, which ends in its code in brackets, and exit with
+/// code 3.
+struct SolverError : std::runtime_error {
+  template <class... Args>
+  SolverError(Failure failure, fmt::format_string<Args...> line, Args&&... args)
+      : std::runtime_error(
+            fmt::format("{} [{}]", fmt::format(line, std::forward<Args>(args)...), name(failure))),
+        code(failure) {}
+  Failure code;
+};
+
+}  // namespace grainpair

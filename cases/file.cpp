@@ -1,0 +1,73 @@
+#include "cases/file.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <tuple>
+
+#include "cases/hints.hpp"
+
+namespace grainpair {
+
+std::string Source::at(const toml::node& node) const {
+  return has_lines ? fmt::format("{}:{}", name, node.source().begin.line) : name;
+}
+
+std::string read_text(const std::string& path, const std::string& holds) {
+  constexpr std::size_t limit = 1 << 20;
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  std::string text(limit + 1, '\0');
+  if (file) file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (file.bad() || !file.is_open() || errno == EISDIR)
+    refuse(path, "cannot be read ({})", errno ? std::strerror(errno) : "unknown reason");
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.empty()) refuse(path, "is empty (a file of this kind holds at least {})", holds);
+  if (text.find('\0') != std::string::npos)
+    refuse(path, "is not a case file (binary data, not text)");
+  if (text.size() > limit) refuse(path, "is not a case file (longer than 1 MiB)");
+  return text;
+}
+
+toml::table parse_toml(const std::string& text, const std::string& path) {
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    refuse(fmt::format("{}:{}", path, error.source().begin.line), "not valid TOML ({})",
+           error.description());
+  }
+}
+
+std::vector<std::pair<std::string, const toml::node*>> in_order(const toml::table& table) {
+  std::vector<std::tuple<toml::source_index, toml::source_index, std::string, const toml::node*>>
+      placed;
+  for (const auto& [key, node] : table)
+    placed.emplace_back(key.source().begin.line, key.source().begin.column, std::string(key.str()),
+                        &node);
+  std::ranges::sort(placed);
+  std::vector<std::pair<std::string, const toml::node*>> ordered;
+  for (auto& [line, column, key, node] : placed) ordered.emplace_back(std::move(key), node);
+  return ordered;
+}
+
+std::string kind_of(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return node.as_array()->empty() ? "an empty array" : "an array";
+    case toml::node_type::string:
+      return fmt::format("the string \"{}\"", **node.as_string());
+    case toml::node_type::integer:
+      return fmt::format("the integer {}", **node.as_integer());
+    case toml::node_type::floating_point:
+      return fmt::format("the real number {}", **node.as_floating_point());
+    case toml::node_type::boolean:
+      return **node.as_boolean() ? "true" : "false";
+    default:
+      return "a date or time";
+  }
+}
+
+}  // namespace grainpair

@@ -1,0 +1,14 @@
+// What no single key of a file can tell, but several together.
+#pragma once
+
+#include "cases/values.hpp"
+
+namespace grainpair {
+
+/// Walls that contradict one another, sizes that cannot be meant. Throws CaseError.
+void check_scene(const Values& scene);
+
+/// Legs of a material point's path that lead nowhere. Throws CaseError.
+void check_point(const Values& path);
+
+}  // namespace grainpair
