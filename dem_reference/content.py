@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from cases import content
-from cases.case import Case
+from cases.case import Case, parse
 from cases.programs import ROOT, kept, name_of
 
 SCRIPTS = "dem_reference/scripts"
@@ -21,16 +21,25 @@ def inputs(case: Case | dict) -> dict:
 
     Of geometry.dimension the grains know only whether the column is a cylinder.
     """
-    flat = {
+    return told(case) | {
+        "geometry.axisymmetric": case["geometry"]["dimension"] == "axisymmetric",
+        "initial.void_ratio": case["initial"]["void_ratio"],
+    }
+
+
+def told(case: Case | dict) -> dict:
+    """The tables that decide grains whole, by "table.key", without geometry.dimension."""
+    return {
         f"{table}.{key}": value
         for table in ("geometry", "grains", "walls", "dem", "time")
         for key, value in case[table].items()
+        if (table, key) != ("geometry", "dimension")
     }
-    cylinder = flat.pop("geometry.dimension") == "axisymmetric"
-    return flat | {
-        "geometry.axisymmetric": cylinder,
-        "initial.void_ratio": case["initial"]["void_ratio"],
-    }
+
+
+def completed(made_of: dict) -> dict:
+    """Inputs as they were kept, with the defaults of the keys that the schema has gained since."""
+    return told(parse("")) | made_of
 
 
 def differences(made_of: dict, asked: dict) -> list[str]:

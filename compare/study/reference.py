@@ -16,7 +16,7 @@ from compare.study.distance import errors, mean
 from compare.study.signature import compact, expand
 from compare.verdict.comparison import pair
 from dem_reference import ensemble
-from dem_reference.content import differences, ensemble_folder, inputs
+from dem_reference.content import completed, differences, ensemble_folder, inputs
 
 
 def arguments(parser):
@@ -89,6 +89,7 @@ def read(path: Path, scene: case.Case) -> dict:
 def refuse_others(path: Path, made_of: dict, scene: case.Case):
     """Raises CaseError where grains made of other inputs than the scene's are taken for its own."""
     asked = inputs(scene)
+    made_of = completed(made_of)
     others = differences(made_of, asked)
     if others:
         told = [f"{key} = {made_of.get(key)}, not {asked.get(key)}" for key in others]

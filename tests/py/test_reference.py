@@ -59,3 +59,12 @@ def test_a_reference_that_does_not_state_its_inputs_is_refused(tmp_path):
     (tmp_path / "grains.json").write_text(json.dumps(found))
     with pytest.raises(CaseError, match="does not state what it was made of"):
         reference.read(tmp_path / "grains.json", load(CI))
+
+
+def test_a_key_that_the_schema_gained_since_counts_with_its_default(tmp_path):
+    found = json.loads((CI / "reference" / "grains.json").read_text())
+    del found["made_of"]["dem.coarsening"]
+    (tmp_path / "grains.json").write_text(json.dumps(found))
+    reference.read(tmp_path / "grains.json", load(CI))
+    with pytest.raises(CaseError, match="dem.coarsening = 1.0, not 2.0"):
+        reference.read(tmp_path / "grains.json", load(CI, ["dem.coarsening=2"]))

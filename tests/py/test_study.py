@@ -14,7 +14,6 @@ import pandas as pd
 import pytest
 
 from cases import case, programs
-from cases.errors import Warned
 from cases.programs import ROOT
 from compare.mapping.reductions import example_run
 from compare.mapping.runs import Cloud, Run
