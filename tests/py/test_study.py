@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 
 from cases import case, programs
+from cases.errors import Warned
 from cases.programs import ROOT
 from compare.mapping.reductions import example_run
 from compare.mapping.runs import Cloud, Run
