@@ -5,9 +5,9 @@
 #include <random>
 #include <set>
 
-#include "mpm/points/body.hpp"
 #include "cases/case.hpp"
 #include "mpm/materials/hyperelastic.hpp"
+#include "mpm/points/body.hpp"
 
 namespace grainpair {
 namespace {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "mpm/points/body.hpp"
 #include "cases/case.hpp"
+#include "mpm/points/body.hpp"
 
 namespace grainpair {
 namespace {
