@@ -12,6 +12,7 @@ import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 from tqdm import tqdm
 
@@ -95,7 +96,8 @@ class Running:
     """A started stage. Two threads read its output: neither pipe can fill up and block it."""
 
     def __init__(self, stage: Stage, shown: Bars | Lines):
-        self.stage, self.shown, self.errors = stage, shown, []
+        self.stage, self.shown = stage, shown
+        self.errors: list[str] = []
         try:
             self.process = subprocess.Popen(
                 [str(word) for word in stage.command],
@@ -109,23 +111,24 @@ class Running:
             raise EngineError(
                 f"{stage.command[0]}: cannot be started ({error.strerror})"
             ) from error
+        assert self.process.stdout and self.process.stderr  # both are pipes
         self.readers = [
-            threading.Thread(target=read, daemon=True)
-            for read in (self.read_progress, self.read_errors)
+            threading.Thread(target=self.read_progress, args=[self.process.stdout], daemon=True),
+            threading.Thread(target=self.read_errors, args=[self.process.stderr], daemon=True),
         ]
         for reader in self.readers:
             reader.start()
 
-    def read_progress(self):
-        for line in self.process.stdout:
+    def read_progress(self, pipe: IO[str]):
+        for line in pipe:
             match line.split(maxsplit=2):
                 case ["progress", fraction, *text]:
                     self.shown.update(
                         self.stage.name, min(max(float(fraction), 0.0), 1.0), " ".join(text).strip()
                     )
 
-    def read_errors(self):
-        self.errors += [line.rstrip() for line in self.process.stderr if line.strip()]
+    def read_errors(self, pipe: IO[str]):
+        self.errors += [line.rstrip() for line in pipe if line.strip()]
 
     def kill(self):
         """Ends the program and whatever it started."""
@@ -163,7 +166,7 @@ def run_stages(stages: list[Stage], *, together: bool = False, quiet: bool = Fal
     Raises CaseError (exit code 2 of a program) or EngineError (any other).
     """
     shown = display(stages, quiet)
-    running = []
+    running: list[Running] = []
     try:
         for batch in [stages] if together else [[stage] for stage in stages]:
             running = []

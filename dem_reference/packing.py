@@ -22,6 +22,7 @@ import os
 import shutil
 import tempfile
 from dataclasses import replace
+from functools import partial
 from math import sqrt
 from pathlib import Path
 
@@ -232,6 +233,11 @@ def next_try(friction: float, damping: float, found: float, asked: float) -> tup
     return float(np.clip(friction + step, *FRICTION_RANGE)), damping
 
 
+def attempted(report: Report, attempt: int, done: float, text: str) -> None:
+    """Reports the share `done` of attempt number `attempt`, counted from 0, as one of the whole."""
+    report((attempt + done) / (attempt + 1), f"packing {attempt + 1}: {text}")
+
+
 def obtain(case: dict, seed: int, store: Path, report) -> Path:
     """Folder of the case's packing (packing.restart, packing.h5) in `store`.
 
@@ -256,9 +262,6 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
         for attempt in range(dem["packing_attempts"]):
             folder = work / str(attempt)
             folder.mkdir()
-            share = lambda done, text, k=attempt: report(
-                (k + done) / (k + 1), f"packing {k + 1}: {text}"
-            )
             cpu += run_engine(
                 prepare,
                 dict_of(case),
@@ -267,7 +270,7 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
                 damping,
                 folder,
                 log=folder / "log",
-                report=share,
+                report=partial(attempted, report, attempt),
             ).cpu_seconds
             with h5py.File(folder / "packing.h5") as file:
                 found = float(file.attrs["void_ratio"])

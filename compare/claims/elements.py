@@ -1,5 +1,6 @@
-"""How far the law's closed forms are from the grains in the element tests: median errors over a test's points, relative; of
-void ratios, absolute."""
+"""How far the law's closed forms are from the grains in the element tests: median errors over a
+test's points, relative; of void ratios, absolute.
+"""
 
 from functools import cache
 

@@ -1,4 +1,6 @@
-"""What the grains' side states about itself, measured on the smallest column and on single collisions."""
+"""What the grains' side states about itself, measured on the smallest column and on single
+collisions.
+"""
 
 import tempfile
 from pathlib import Path
@@ -13,7 +15,9 @@ from dem_reference.run import main
 
 
 def restitution_error() -> float:
-    """Largest relative error of the normal restitution, head-on, at the seed's stiffness and step, 0.01 to 1.4 m/s. [-]"""
+    """Largest relative error of the normal restitution, head-on, at the seed's stiffness and step,
+    0.01 to 1.4 m/s. [-]
+    """
     case = load("cases/column").values
     rows = dict(
         zip(
@@ -25,7 +29,9 @@ def restitution_error() -> float:
 
 
 def every_step_balance() -> float:
-    """Largest share of the released energy that an audit of every step leaves open, to 1.5 sqrt(H/g). [-]"""
+    """Largest share of the released energy that an audit of every step leaves open, to 1.5
+    sqrt(H/g). [-]
+    """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "dem.h5"
         main(

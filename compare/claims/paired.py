@@ -4,7 +4,9 @@ from compare.commands.claims import metrics
 
 
 def mapped_mass_error() -> float:
-    """Largest relative difference between a cloud's mass and the integral of its mapped density. [-]"""
+    """Largest relative difference between a cloud's mass and the integral of its mapped density.
+    [-]
+    """
     m = metrics("column_ci")
     return max(abs(m["mapped_mass"][engine] / m["mass"][engine] - 1) for engine in ("mpm", "dem"))
 

@@ -31,7 +31,9 @@ def times_cheaper() -> float:
 
 
 def stable_fraction() -> float:
-    """Largest stable mpm.time_step_fraction of the defaults on 4 mm cells, from below, to 10 %. [-]"""
+    """Largest stable mpm.time_step_fraction of the defaults on 4 mm cells, from below, to
+    10 %. [-]
+    """
     plane = recipe.study(case.load(CI), "atlas")["plane"][0] | {"values": [0.004]}
     ((_, task),) = atlas.rows_of(plane, 60.0)
     return boundary.bisect(boundary.runs_of(Path(CI), task), *plane["between"])[1]

@@ -1,14 +1,18 @@
-"""Speed of the continuum's step, its stages, its laws, the mapping and the output, as a fraction of what this machine can do.
+"""Speed of the continuum's step, its stages, its laws, the mapping and the output, as a fraction of
+what this machine can do.
 
-Everything is timed in one run, in processor time: point-steps per second of one core, beside the same figure of bare
-kernels (mpm/bench/bare_kernels.hpp), the bandwidth of a triad and the rate of multiply-adds. Compare ratios, not seconds. Of two
-threads also how many times faster they are than one, on the clock. With --quick each figure is the best of three.
+Everything is timed in one run, in processor time: point-steps per second of one core, beside the
+same figure of bare kernels (mpm/bench/bare_kernels.hpp), the bandwidth of a triad and the rate of
+multiply-adds. Compare ratios, not seconds. Of two threads also how many times faster they are than
+one, on the clock. With --quick each figure is the best of three.
 """
 import json
 import subprocess
 
 from cases.errors import EngineError
 from cases.programs import program
+
+TARGETS = ["benchmarks"]
 
 QUICK = "points:14400/|triad|multiply_add"
 
@@ -29,7 +33,9 @@ def run(options) -> int:
 
 
 def records(quick: bool) -> list[dict]:
-    """One record per measurement: what was run, points, point-steps per core and second, fractions of the limits."""
+    """One record per measurement: what was run, points, point-steps per core and second, fractions
+    of the limits.
+    """
     settings = ["--benchmark_min_time=0.2"] + (
         [f"--benchmark_filter={QUICK}", "--benchmark_repetitions=3"] if quick else []
     )
@@ -62,7 +68,9 @@ def records(quick: bool) -> list[dict]:
 
 
 def add_speed_up(rows: list[dict]) -> None:
-    """To every step of several threads, how many times faster than with one of them it is on the clock."""
+    """To every step of several threads, how many times faster than with one of them it is on the
+    clock.
+    """
     what = ("dimension", "shape", "precision", "law", "points")
     steps = [row for row in rows if row["benchmark"] == "step"]
     alone = {
@@ -81,7 +89,8 @@ def timed(name: str, settings: list[str]) -> list[dict]:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise EngineError(
-            f"{name}: {done.stderr.strip().splitlines()[-1] if done.stderr.strip() else 'ended early'}"
+            f"{name}: "
+            f"{done.stderr.strip().splitlines()[-1] if done.stderr.strip() else 'ended early'}"
         )
     best: dict[str, dict] = {}
     for entry in json.loads(done.stdout)["benchmarks"]:
@@ -127,7 +136,9 @@ def law_record(entry: dict) -> dict:
 
 
 def mapping_record(entry: dict) -> dict:
-    """The averaging of one frame of grains: grains, contacts and pairs (of a point of a grain or a branch, and a node) per second of a core."""
+    """The averaging of one frame of grains: grains, contacts and pairs (of a point of a grain or a
+    branch, and a node) per second of a core.
+    """
     return {
         "benchmark": "mapping",
         "case": entry["name"],

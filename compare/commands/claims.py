@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tomllib
 from functools import cache
+from typing import Any
 
 from cases.errors import CaseError
 from cases.programs import ROOT
@@ -22,8 +23,12 @@ def arguments(parser):
     parser.add_argument(
         "--quick",
         action="store_true",
-        help="measure again what takes seconds; exit code 1 where a " "figure no longer holds",
+        help="measure again what takes seconds; exit code 1 where a figure no longer holds",
     )
+
+
+def targets(words: list[str]) -> list[str]:
+    return ["programs"] if "--quick" in words else []
 
 
 def run(options) -> int:
@@ -31,8 +36,8 @@ def run(options) -> int:
     if not options.quick:
         for claim in claims:
             print(
-                f"{claim['id']}\n    {claim['statement']}\n    {figure(claim)}; target: {claim['target']}\n"
-                f"    {claim['command']}"
+                f"{claim['id']}\n    {claim['statement']}\n"
+                f"    {figure(claim)}; target: {claim['target']}\n    {claim['command']}"
             )
         return 0
     broken = 0
@@ -43,14 +48,18 @@ def run(options) -> int:
         holds = RELATIONS[claim["relation"]](measured, claim)
         broken += not holds
         print(
-            f"{'holds ' if holds else 'BROKEN'}  {claim['id']:<40} measured {measured:.6g}, stated {figure(claim)}"
+            f"{'holds ' if holds else 'BROKEN'}  {claim['id']:<40} "
+            f"measured {measured:.6g}, stated {figure(claim)}"
         )
     print(f"grainpair claims: {broken} no longer hold" if broken else "grainpair claims: all hold")
     return int(broken > 0)
 
 
 def read() -> list[dict]:
-    """Every claim of cases/claims/*.toml. Raises CaseError for one that is incomplete or measures nothing."""
+    """Every claim of cases/claims/*.toml.
+
+    Raises CaseError for one that is incomplete or measures nothing.
+    """
     claims = []
     for file in sorted(CLAIMS.glob("*.toml")):
         for claim in tomllib.loads(file.read_text()).get("claim", []):
@@ -81,10 +90,13 @@ def figure(claim: dict) -> str:
 
 
 def measure(reference: str) -> float:
-    """The number a reference names: "case key.engine" of metrics.json, or a function "package.module.function"."""
+    """The number a reference names.
+
+    Either "case key.engine" of metrics.json, or a function "package.module.function".
+    """
     match reference.split():
         case [name, key]:
-            value = metrics(name)
+            value: Any = metrics(name)
             for word in key.split("."):
                 value = value[word]
             return float(value)

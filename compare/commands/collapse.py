@@ -1,7 +1,8 @@
-"""What [Ceccato2019] says of its column, measured: its figures and statements from a run of the continuum, to rest.
+"""What [Ceccato2019] says of its column, measured: its figures and statements from a run of the
+continuum, to rest.
 
-RUN is an mpm.h5, a folder that holds one, or a case, whose continuum is then run first. Written to --out: collapse.html, figures/,
-statements.json, fields.h5.
+RUN is an mpm.h5, a folder that holds one, or a case, whose continuum is then run first. Written to
+--out: collapse.html, figures/, statements.json, fields.h5.
 """
 
 import sys
@@ -60,24 +61,20 @@ def run(options) -> int:
         raise CaseError(f"{path}: --set has no effect on a run that is there give a case instead")
     else:
         out = options.out or path.parent / "collapse"
-    statements = collapse.make(
-        path,
-        out,
-        (lambda *_: None)
-        if options.quiet
-        else (
-            lambda fraction, text: print(
-                f"{100 * fraction:3.0f} % {text}", file=sys.stderr, flush=True
-            )
-        ),
-    )
+
+    def tell(fraction: float, text: str) -> None:
+        if not options.quiet:
+            print(f"{100 * fraction:3.0f} % {text}", file=sys.stderr, flush=True)
+
+    statements = collapse.make(path, out, tell)
     if options.table:
         keep(statements, path, options.table)
     for name, s in statements.items():
         figure = "-" if s["figure"] is None else f"{s['figure']:.4g}"
         print(f"{s['verdict']:<14} {name:<34} {figure:>9} {s['unit']:<36} {s['bound']}")
     print(
-        f"numerical loss {100 * statements['kinetic_energy_vanishes']['numerical_loss']:.2f} % of the energy released"
+        f"numerical loss {100 * statements['kinetic_energy_vanishes']['numerical_loss']:.2f} % of "
+        "the energy released"
     )
     print(out / "collapse.html")
     return 0
@@ -120,7 +117,9 @@ def keep(statements: dict, path: Path, file: Path):
     head = [
         f"command: {command}; ./grainpair collapse",
         f"commit: {attributes['commit']}  date: {attributes['date']}",
-        f"{attributes['cpu_seconds']:.0f} s of processor time, ended by: {attributes['end_reason']}; warnings: {attributes.get('warnings', 'none')}",
-        "until [sqrt(H/g)]: when the figure is decided; numerical_loss: by then, over the energy released",
+        f"{attributes['cpu_seconds']:.0f} s of processor time, ended by: "
+        f"{attributes['end_reason']}; warnings: {attributes.get('warnings', 'none')}",
+        "until [sqrt(H/g)]: when the figure is decided; numerical_loss: by then, over the energy "
+        "released",
     ]
     write_table(file, head, pd.DataFrame(rows))

@@ -1,21 +1,20 @@
 """Compare runs anew from their files: fields, metrics, figures, report.
 
-Each RUN is a folder that holds mpm.h5 and dem.h5; further files mpm*.h5 and dem*.h5 in it (other seeds, other point
-jitter) make it an ensemble, whose scatter the verdicts use. With --dump the grains of one folder are read from plain
-LIGGGHTS or LAMMPS dumps instead, of a scene that --case describes.
+Each RUN is a folder that holds mpm.h5 and dem.h5; further files mpm*.h5 and dem*.h5 in it (other
+seeds, other point jitter) make it an ensemble, whose scatter the verdicts use. With --dump the
+grains of one folder are read from plain LIGGGHTS or LAMMPS dumps instead, of a scene that --case
+describes.
 """
 
 import sys
 from pathlib import Path
 
 from cases import case
-from compare.verdict import comparison
-from compare.verdict import controls
-from compare.mapping import dumps
-from compare.report import report
-from compare.verdict import verdict_table
 from cases.errors import CaseError
+from compare.mapping import dumps
 from compare.mapping.runs import open_run
+from compare.report import report
+from compare.verdict import comparison, controls, verdict_table
 
 WIDTHS = (0.25, 0.35, 0.5, 0.6, 0.75, 0.9, 1.0, 1.25, 1.5, 2.0)
 
@@ -37,7 +36,8 @@ def arguments(parser):
     parser.add_argument(
         "--controls",
         action="store_true",
-        help="also run the negative controls that a folder lacks: over-frictional continuum, other column",
+        help="also run the negative controls that a folder lacks: over-frictional continuum, "
+        "other column",
     )
     parser.add_argument(
         "--table", type=Path, metavar="FILE", help="also keep the verdicts as CSV; with one RUN"
@@ -72,15 +72,11 @@ def run(options) -> int:
         if options.controls:
             mpm, dem = (open_run(files[0]) for files in comparison.run_files(folder))
             controls.make(folder, mpm, dem, options.quiet)
-        say = (
-            (lambda fraction, text: None)
-            if options.quiet
-            else (
-                lambda fraction, text, name=folder: print(
-                    f"{name}: {100 * fraction:.0f} % {text}", flush=True
-                )
-            )
-        )
+
+        def say(fraction: float, text: str, name: Path = folder) -> None:
+            if not options.quiet:
+                print(f"{name}: {100 * fraction:.0f} % {text}", flush=True)
+
         metrics = report.compare(folder, mapping, say, WIDTHS if options.width_study else ())
         if options.table:
             runs = [open_run(path) for files in comparison.run_files(folder) for path in files]

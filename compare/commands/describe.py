@@ -11,6 +11,8 @@ from cases import case
 from compare.commands.run import find_case
 from cases.programs import program
 
+TARGETS = ["mpm_case"]
+
 
 def arguments(parser):
     parser.add_argument(

@@ -60,11 +60,10 @@ def run(options) -> int:
     models: dict[str, Law] = {}
     for name in options.card or CARDS:
         card = Card.read(name)
-        models[name] = (
-            Model(card, case.grains)
-            if options.closed_form
-            else PointModel(card, case.grains, **test.driven(case))
-        )
+        if options.closed_form:
+            models[name] = Model(card, case.grains)
+        else:
+            models[name] = PointModel(card, case.grains, **test.driven(case))
     rows = (
         campaign.run_point(case, campaign.quick_point(case))
         if options.quick

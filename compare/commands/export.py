@@ -1,13 +1,15 @@
 """Write the particles of a run as .pvd and .vtu, which ParaView opens.
 
-RUN is a folder that holds mpm.h5 and dem.h5, or one such file. For each file, <folder>/vtk/<name>.pvd lists the frames with
-their times.
+RUN is a folder that holds mpm.h5 and dem.h5, or one such file. For each file,
+<folder>/vtk/<name>.pvd lists the frames with their times.
 """
 
 from pathlib import Path
 
-from compare.report import vtk
 from cases.errors import CaseError
+from compare.report import vtk
+
+TARGETS = ()
 
 
 def arguments(parser):
@@ -27,8 +29,8 @@ def run(options) -> int:
     )
     if not files or not files[0].exists():
         raise CaseError(
-            f"{options.source}: no run to export (neither a folder that holds mpm.h5 or dem.h5, nor a file). "
-            "Make one with: ./grainpair run"
+            f"{options.source}: no run to export (neither a folder that holds mpm.h5 or dem.h5, "
+            "nor a file). Make one with: ./grainpair run"
         )
     for file in files:
         print(vtk.export(file, options.out or file.parent / "vtk"))

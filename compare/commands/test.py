@@ -1,6 +1,11 @@
-"""Run every test that CI runs: C++ and Python, with the real grain engine."""
+"""Run every test that CI runs: C++ and Python, with the real grain engine.
+
+With --only and the name of a law (a file of mpm/materials), only what that law decides is built and
+run: the battery that every law passes and the tests that name it.
+"""
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -10,60 +15,128 @@ from xml.etree import ElementTree
 
 from cases.programs import ROOT, program
 
+CPP = ROOT / "tests" / "cpp"
+BATTERY = "material_test"  # runs over every law that is registered
+
 
 def arguments(parser):
     parser.add_argument("--slow", action="store_true", help="also the tests that take minutes")
-    parser.add_argument("--only", metavar="WORD", help="the tests whose name contains WORD")
+    parser.add_argument(
+        "--only", metavar="WORD", help="tests whose name contains WORD; of a law, all that test it"
+    )
+
+
+def targets(words: list[str]) -> list[str]:
+    """What to build for the command line `words`: of a law the programs that test it, else all."""
+    law = next(
+        (
+            word.removeprefix("--only=") if word.startswith("--only=") else following
+            for word, following in zip(words, [*words[1:], ""])
+            if word == "--only" or word.startswith("--only=")
+        ),
+        "",
+    )
+    return list(tests_of(law)) if is_law(law) else ["all"]
+
+
+def is_law(word: str) -> bool:
+    return (
+        bool(re.fullmatch(r"\w+", word)) and (ROOT / "mpm" / "materials" / f"{word}.cpp").exists()
+    )
+
+
+def tests_of(law: str) -> dict[str, str]:
+    """The test programs that a law decides, each with its filter for GoogleTest.
+
+    Of a file named after the law, and of one that names it before its first test, every test; else
+    the tests that name it and the instances that have it as their parameter.
+    """
+    found = {}
+    for file in sorted(CPP.glob("*_test.cpp")):
+        head, *blocks = re.split(r"^(?=TEST|INSTANTIATE_)", file.read_text(), flags=re.MULTILINE)
+        named = re.compile(rf"\b{law}\b")
+        if file.stem == f"{law}_test" or named.search(head):
+            found[file.stem] = "*"
+            continue
+        names = [
+            f"*{suite}.{name}*"
+            for block in blocks
+            if named.search(block)
+            for suite, name in re.findall(r"^TEST\w*\((\w+),\s*(\w+)\)", block)
+        ]
+        instances = any(named.search(block) for block in blocks if block.startswith("INST"))
+        if names or instances or file.stem == BATTERY:
+            found[file.stem] = ":".join([f"*/{law}", *names])
+    return found
 
 
 def run(options) -> int:
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as scratch:
-        cpp, python = Path(scratch) / "cpp.xml", Path(scratch) / "python.xml"
-        ctest = [
-            "ctest",
-            "--test-dir",
-            program(""),
-            "-j",
-            str(os.cpu_count()),
-            "--output-on-failure",
-            "--progress",
-            "--no-tests=ignore",
-            "--output-junit",
-            cpp,
-        ]
-        pytest = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-q",
-            ROOT / "tests" / "py",
-            f"--junitxml={python}",
-        ]
-        if options.only:
-            ctest += ["-R", options.only]
-            pytest += ["-k", options.only]
-        if not options.slow:
-            ctest += ["-E", "^Slow"]
-            pytest += ["-m", "not slow"]
+        reports = Path(scratch)
+        only = options.only or ""
         codes = [
-            subprocess.run(ctest, cwd=ROOT).returncode,
-            subprocess.run(pytest, cwd=ROOT).returncode,
+            law_tests(only, reports) if is_law(only) else ctest(options, reports),
+            pytest(options, reports),
         ]
-        codes[1] *= codes[1] != 5  # pytest: no test has such a name
-        counts = [count(report) for report in (cpp, python)]
+        cpp, python = count(reports.glob("cpp*.xml")), count(reports.glob("python.xml"))
     print(
-        f"grainpair test: {'FAILED' if any(codes) else 'passed'} in {time.monotonic() - start:.0f} s (C++ {counts[0]}; "
-        f"Python {counts[1]})"
+        f"grainpair test: {'FAILED' if any(codes) else 'passed'} in "
+        f"{time.monotonic() - start:.0f} s (C++ {cpp}; Python {python})"
     )
     return int(any(codes))
 
 
-def count(report: Path) -> str:
-    """ "12 passed, 1 failed, 0 skipped" of a JUnit report."""
-    if not report.exists():
+def ctest(options, reports: Path) -> int:
+    command = ["ctest", "--test-dir", str(program("")), "-j", str(os.cpu_count())]
+    command += ["--output-on-failure", "--progress", "--no-tests=ignore"]
+    command += ["--output-junit", str(reports / "cpp.xml")]
+    if options.only:
+        command += ["-R", options.only]
+    if not options.slow:
+        command += ["-E", "^Slow"]
+    return subprocess.run(command, cwd=ROOT).returncode
+
+
+def law_tests(law: str, reports: Path) -> int:
+    """Runs the programs of `tests_of`, side by side."""
+    environment = os.environ | {"GOMP_SPINCOUNT": "0"}  # threads that wait leave the cores alone
+    running = [
+        subprocess.Popen(
+            [
+                str(program(f"tests/{name}")),
+                f"--gtest_filter={chosen}",
+                "--gtest_brief=1",
+                f"--gtest_output=xml:{reports / f'cpp_{name}.xml'}",
+            ],
+            cwd=ROOT,
+            env=environment,
+        )
+        for name, chosen in tests_of(law).items()
+    ]
+    return max(abs(one.wait()) for one in running)
+
+
+def pytest(options, reports: Path) -> int:
+    command = [sys.executable, "-m", "pytest", "-q", str(ROOT / "tests" / "py")]
+    command += [f"--junitxml={reports / 'python.xml'}"]
+    if options.only:
+        command += ["-k", options.only]
+    if not options.slow:
+        command += ["-m", "not slow"]
+    code = subprocess.run(command, cwd=ROOT).returncode
+    return 0 if code == 5 else code  # 5: no test has such a name
+
+
+def count(reports) -> str:
+    """ "12 passed, 1 failed, 0 skipped" of JUnit reports."""
+    suites = [
+        suite
+        for report in reports
+        for suite in ElementTree.parse(report).getroot().iter("testsuite")
+    ]
+    if not suites:
         return "not run"
-    suites = list(ElementTree.parse(report).getroot().iter("testsuite"))
     total, failed, skipped = (
         sum(int(suite.get(word, 0)) for suite in suites)
         for word in ("tests", "failures", "skipped")

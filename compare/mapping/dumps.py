@@ -1,9 +1,11 @@
-"""Grains that grainpair did not simulate: plain text dumps of LIGGGHTS or LAMMPS, turned into a run file.
+"""Grains that grainpair did not simulate: plain text dumps of LIGGGHTS or LAMMPS, turned into a run
+file.
 
-Needs the columns id, x, y, z, vx, vy, vz and radius (or diameter); takes type and omegax, omegay, omegaz where they are.
-The scene's axes are the project's: x along the flow, y up. Contacts are not in such dumps, so the fields of stress are
-left out. The energy history is what positions and velocities tell: kinetic, rotational, potential; what has gone is
-booked as dissipated, elastic energy included.
+Needs the columns id, x, y, z, vx, vy, vz and radius (or diameter); takes type and omegax, omegay,
+omegaz where they are. The scene's axes are the project's: x along the flow, y up. Contacts are not
+in such dumps, so the fields of stress are left out. The energy history is what positions and
+velocities tell: kinetic, rotational, potential; what has gone is booked as dissipated, elastic
+energy included.
 """
 
 from collections.abc import Iterable, Iterator
@@ -16,8 +18,11 @@ import numpy as np
 from cases.case import Case
 from cases.errors import CaseError
 from cases.files import replacing
+from compare.mapping.runs import GLUED
 
 NEEDED = ("id", "x", "y", "z", "vx", "vy", "vz")
+SPIN = ("omegax", "omegay", "omegaz")
+HELD = ("kinetic", "rotational", "potential")
 
 
 @dataclass(frozen=True)
@@ -27,7 +32,9 @@ class Snapshot:
 
 
 def snapshots(path: Path) -> Iterator[Snapshot]:
-    """The snapshots of a text dump, one by one; raises CaseError with the line that cannot be read."""
+    """The snapshots of a text dump, one by one; raises CaseError with the line that cannot
+    be read.
+    """
     with open(path, errors="replace") as f:
         lines = enumerate(f, start=1)
 
@@ -42,7 +49,8 @@ def snapshots(path: Path) -> Iterator[Snapshot]:
         for number, line in lines:
             if not line.startswith("ITEM: TIMESTEP"):
                 raise CaseError(
-                    f"{path}:{number}: expected 'ITEM: TIMESTEP' (not a text dump of LIGGGHTS or LAMMPS)"
+                    f"{path}:{number}: expected 'ITEM: TIMESTEP' (not a text dump of LIGGGHTS or "
+                    "LAMMPS)"
                 )
             step = int(next(lines)[1])
             expect("NUMBER OF ATOMS")
@@ -60,8 +68,8 @@ def snapshots(path: Path) -> Iterator[Snapshot]:
             values = np.array(" ".join(rows).split(), dtype=float)
             if values.size != count * len(names):
                 raise CaseError(
-                    f"{path}: step {step} holds {values.size} numbers instead of {count * len(names)} "
-                    "(cut short?)"
+                    f"{path}: step {step} holds {values.size} numbers instead of "
+                    f"{count * len(names)} (cut short?)"
                 )
             table = values.reshape(count, len(names))
             table = table[np.argsort(table[:, names.index("id")])]
@@ -83,72 +91,91 @@ def glued(frames: list[Snapshot]) -> np.ndarray:
 
 def write(frames: list[Snapshot], scene: Case, time_step: float, path: Path):
     """A run file of `frames`, the first being the instant of release."""
-    rho, g = scene["grains.density"], scene["geometry.gravity"]
     fixed = glued(frames)
-    history = {name: [] for name in ("time", "kinetic", "rotational", "potential")}
+    history: dict[str, list] = {name: [] for name in ("time", *HELD)}
     with h5py.File(path, "w") as f:
-        for key, value in {
-            "openPMD": "1.1.0",
-            "openPMDextension": np.uint32(0),
-            "basePath": "/data/%T/",
-            "particlesPath": "particles/",
-            "meshesPath": "meshes/",
-            "iterationEncoding": "groupBased",
-            "iterationFormat": "/data/%T/",
-            "software": "grainpair",
-            "schema_version": 1,
-            "engine": "dem",
-            "engine_version": "dumps",
-            "commit": "",
-            "seed": -1,
-            "case": scene.text,
-            "case_resolved": scene.resolved,
-            "command": "",
-            "threads": 1,
-            "cpu_seconds": float("nan"),
-            "wall_seconds": float("nan"),
-            "end_reason": "maximum",
-            "time_scale": np.sqrt(scene["geometry.height"] / g),
-        }.items():
-            f.attrs[key] = value
+        f.attrs.update(attributes(scene))
         for frame in frames:
-            c = frame.columns
-            time = (frame.step - frames[0].step) * time_step
-            group = f.create_group(f"data/{frame.step - frames[0].step}")
-            group.attrs.update({"time": time, "dt": time_step, "timeUnitSI": 1.0})
-            cloud = group.create_group("particles/cloud")
-            vectors = {"position": ("m", "xyz"), "velocity": ("m/s", ("vx", "vy", "vz"))}
-            if "omegax" in c:
-                vectors["angular_velocity"] = ("1/s", ("omegax", "omegay", "omegaz"))
-            for name, (unit, columns) in vectors.items():
-                for component, column in zip("xyz", columns):
-                    cloud[f"{name}/{component}"] = c[column]
-                    cloud[f"{name}/{component}"].attrs["unit"] = unit
-            volume = 4.0 / 3.0 * np.pi * c["radius"] ** 3
-            cloud["id"], cloud["radius"] = c["id"].astype(np.int64), c["radius"]
-            cloud["solid_volume"], cloud["mass"] = volume, rho * volume
-            kind = np.where(np.isin(c["id"], fixed), 3, 1)
-            cloud["kind"] = kind.astype(np.int8)
-
-            moving = kind == 1
-            mass = (rho * volume)[moving]
-            speed2 = sum(c[k][moving] ** 2 for k in ("vx", "vy", "vz"))
-            spin2 = (
-                sum(c[k][moving] ** 2 for k in ("omegax", "omegay", "omegaz"))
-                if "omegax" in c
-                else 0.0
+            step = frame.step - frames[0].step
+            moving = ~np.isin(frame.columns["id"], fixed)
+            group = f.create_group(f"data/{step}")
+            group.attrs.update({"time": step * time_step, "dt": time_step, "timeUnitSI": 1.0})
+            mass = write_cloud(
+                group.create_group("particles/cloud"),
+                frame.columns,
+                moving,
+                scene["grains.density"],
             )
-            history["time"].append(time)
-            history["kinetic"].append(0.5 * np.sum(mass * speed2))
-            history["rotational"].append(0.2 * np.sum(mass * c["radius"][moving] ** 2 * spin2))
-            history["potential"].append(g * np.sum(mass * c["y"][moving]))
-        energy = {k: np.array(v) for k, v in history.items()}
+            history["time"].append(step * time_step)
+            held = energies(frame.columns, moving, mass, scene["geometry.gravity"])
+            for name, value in zip(HELD, held):
+                history[name].append(value)
+        energy = {name: np.array(values) for name, values in history.items()}
         total = energy["kinetic"] + energy["rotational"] + energy["potential"]
         energy["dissipated"] = total[0] - total
         energy["unaccounted"] = np.zeros_like(total)
         for name, values in energy.items():
             f[f"energy/{name}"] = values
             f[f"energy/{name}"].attrs.update({"unit": "s" if name == "time" else "J", "doc": name})
+
+
+def attributes(scene: Case) -> dict:
+    """What a run file says of itself at its root."""
+    return {
+        "openPMD": "1.1.0",
+        "openPMDextension": np.uint32(0),
+        "basePath": "/data/%T/",
+        "particlesPath": "particles/",
+        "meshesPath": "meshes/",
+        "iterationEncoding": "groupBased",
+        "iterationFormat": "/data/%T/",
+        "software": "grainpair",
+        "schema_version": 1,
+        "engine": "dem",
+        "engine_version": "dumps",
+        "commit": "",
+        "seed": -1,
+        "case": scene.text,
+        "case_resolved": scene.resolved,
+        "command": "",
+        "threads": 1,
+        "cpu_seconds": float("nan"),
+        "wall_seconds": float("nan"),
+        "end_reason": "maximum",
+        "time_scale": np.sqrt(scene["geometry.height"] / scene["geometry.gravity"]),
+    }
+
+
+def write_cloud(cloud: h5py.Group, columns: dict, moving: np.ndarray, rho: float) -> np.ndarray:
+    """Records of one snapshot, of grains of density rho [kg/m3]; returns their masses (N,) [kg]."""
+    vectors = {"position": ("m", ("x", "y", "z")), "velocity": ("m/s", ("vx", "vy", "vz"))}
+    if "omegax" in columns:
+        vectors["angular_velocity"] = ("1/s", SPIN)
+    for name, (unit, names) in vectors.items():
+        for component, column in zip("xyz", names):
+            cloud[f"{name}/{component}"] = columns[column]
+            cloud[f"{name}/{component}"].attrs["unit"] = unit
+    volume = 4.0 / 3.0 * np.pi * columns["radius"] ** 3
+    mass = rho * volume
+    cloud["id"], cloud["radius"] = columns["id"].astype(np.int64), columns["radius"]
+    cloud["solid_volume"], cloud["mass"] = volume, mass
+    cloud["kind"] = np.where(moving, 1, GLUED).astype(np.int8)
+    return mass
+
+
+def energies(columns: dict, moving: np.ndarray, mass: np.ndarray, g: float) -> list[float]:
+    """HELD, of the grains that move [J]."""
+
+    def squares(names) -> np.ndarray:
+        return np.sum([columns[name][moving] ** 2 for name in names], axis=0)
+
+    m, r, y = mass[moving], columns["radius"][moving], columns["y"][moving]
+    spin2 = squares(SPIN) if "omegax" in columns else np.zeros_like(m)
+    return [
+        0.5 * np.sum(m * squares(("vx", "vy", "vz"))),
+        0.2 * np.sum(m * r**2 * spin2),
+        g * np.sum(m * y),
+    ]
 
 
 def convert(paths: Iterable[Path], scene: Case, time_step: float, output: Path):

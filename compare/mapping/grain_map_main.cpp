@@ -78,6 +78,7 @@ void write_grid(H5File& out, const SampleGrid<D>& grid) {
   out.make_group("/grid");
   for (int a = 0; a < D; ++a) {
     std::vector<double> centres;
+    centres.reserve(static_cast<std::size_t>(grid.cells[a]));
     for (int k = 0; k < grid.cells[a]; ++k) centres.push_back(grid.centre(a, k));
     const std::string name = std::string("/grid/") + "xyz"[SampleGrid<D>::direction(a)];
     out.write(name, centres, {centres.size()});

@@ -1,8 +1,10 @@
-"""Where a collapsing column slides and where it flows: the zones of [Ceccato2019, Figures 3 to 5], defined at the points.
+"""Where a collapsing column slides and where it flows: the zones of [Ceccato2019, Figures 3 to 5],
+defined at the points.
 
-At an instant a point is mobilised when it is faster than a hundredth of √(gH). The sliding surface is where mobilised points meet
-those at rest, the base where they meet the floor; both are layers as thick as a shear band, five grain diameters, or two cells where
-the grid is too coarse for that. What moves elsewhere is the inside of the mobilised mass.
+At an instant a point is mobilised when it is faster than a hundredth of √(gH). The sliding surface
+is where mobilised points meet those at rest, the base where they meet the floor; both are layers as
+thick as a shear band, five grain diameters, or two cells where the grid is too coarse for that.
+What moves elsewhere is the inside of the mobilised mass.
 """
 
 from dataclasses import dataclass
@@ -41,8 +43,10 @@ def zones(run: Run, frame: int, layer: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Share:
-    """Of all that an account dissipates: `found` in each zone, and `even`, what the sliding surface and base would hold if every
-    instant's dissipation were spread evenly over the mass that moves or touches what moves."""
+    """Of all that an account dissipates: `found` in each zone, and `even`, what the sliding surface
+    and base would hold if every instant's dissipation were spread evenly over the mass that moves
+    or touches what moves.
+    """
 
     found: np.ndarray  # (3,)
     even: float
@@ -54,8 +58,9 @@ class Share:
 
 
 def shares(run: Run, account: str, layer: float) -> Share:
-    """Where `account` (a record of the points, J/kg, accumulated) is dissipated: its increments from frame to frame, each booked where
-    its point is at the later one."""
+    """Where `account` (a record of the points, J/kg, accumulated) is dissipated: its increments
+    from frame to frame, each booked where its point is at the later one.
+    """
     gone, even, before = np.zeros(3), 0.0, None
     for frame, cloud in enumerate(run.clouds):
         values = cloud.state[account] * cloud.mass

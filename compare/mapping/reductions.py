@@ -1,4 +1,6 @@
-"""What several metrics and charts share: quantiles, heights, matching instants; and runs made of arrays for examples."""
+"""What several metrics and charts share: quantiles, heights, matching instants; and runs made of
+arrays for examples.
+"""
 
 import numpy as np
 from scipy import ndimage
@@ -8,10 +10,11 @@ from compare.mapping.runs import Cloud, Fields, Grid, Run
 
 
 def mass_quantile(x: np.ndarray, mass: np.ndarray, q: float) -> float:
-    """The x that the share q of the mass lies within: the x of the first point at which the sum of mass reaches it.
+    """The x that the share q of the mass lies within: the x of the first point at which the sum of
+    mass reaches it.
 
-    Where the share is a whole number of equal masses, round-off of the sum must not decide: 1e-9 of the mass is more than
-    the sum of millions loses, and less than one of them.
+    Where the share is a whole number of equal masses, round-off of the sum must not decide: 1e-9 of
+    the mass is more than the sum of millions loses, and less than one of them.
     """
     order = np.argsort(x, kind="stable")
     sums = np.cumsum(mass[order])
@@ -26,7 +29,9 @@ def bulk_solid_fraction(run: Run) -> float:
 
 
 def surface(run: Run, frame: int, share: float = 0.5) -> np.ndarray:
-    """Height (nx,) [m] up to which the solid fraction, followed from the floor, exceeds `share` of the bulk's."""
+    """Height (nx,) [m] up to which the solid fraction, followed from the floor, exceeds `share` of
+    the bulk's.
+    """
     grid, phi = run.fields.grid, run.fields["solid_fraction"][frame]
     limit = share * bulk_solid_fraction(run)
     below = phi < limit
@@ -50,7 +55,9 @@ def equivalent_height(run: Run, frame: int) -> np.ndarray:
 
 
 def last_above(x: np.ndarray, h: np.ndarray, limit: float) -> float:
-    """The largest x at which the piecewise linear h falls through `limit`; 0 when h is nowhere above."""
+    """The largest x at which the piecewise linear h falls through `limit`; 0 when h is nowhere
+    above.
+    """
     above = np.flatnonzero(h >= limit)
     if not len(above):
         return 0.0
@@ -61,7 +68,9 @@ def last_above(x: np.ndarray, h: np.ndarray, limit: float) -> float:
 
 
 def main_mass(run: Run, frame: int) -> np.ndarray:
-    """Cells (ny, nx) of the heaviest connected region whose solid fraction exceeds a twentieth of the bulk's."""
+    """Cells (ny, nx) of the heaviest connected region whose solid fraction exceeds a twentieth of
+    the bulk's.
+    """
     phi = run.fields["solid_fraction"][frame]
     labels, count = ndimage.label(phi > 0.05 * bulk_solid_fraction(run), structure=np.ones((3, 3)))
     if count == 0:
@@ -70,7 +79,9 @@ def main_mass(run: Run, frame: int) -> np.ndarray:
 
 
 def crossing_time(t: np.ndarray, values: np.ndarray, target: float) -> float:
-    """First time the piecewise linear series reaches the target from below; NaN when it never does."""
+    """First time the piecewise linear series reaches the target from below; NaN when it
+    never does.
+    """
     reached = np.flatnonzero(values >= target)
     if not len(reached):
         return float("nan")
@@ -88,7 +99,9 @@ def front(run: Run) -> np.ndarray:
 
 
 def first_entries(run: Run) -> np.ndarray:
-    """(4, N): time [sqrt(H/g)] of the first frame at which each point is in regime 1, 2, 3, 4; infinite when it never is."""
+    """(4, N): time [sqrt(H/g)] of the first frame at which each point is in regime 1, 2, 3, 4;
+    infinite when it never is.
+    """
     regimes = np.array([cloud.state["regime"] for cloud in run.clouds])
     found = [regimes == k for k in (1, 2, 3, 4)]
     return np.array(
@@ -97,7 +110,9 @@ def first_entries(run: Run) -> np.ndarray:
 
 
 def common_frames(a: Run, b: Run) -> list[tuple[int, int]]:
-    """Pairs of frames that show the same instant, to half of a's frame interval (a step count rarely divides it)."""
+    """Pairs of frames that show the same instant, to half of a's frame interval (a step count
+    rarely divides it).
+    """
     ta, tb = a.tau(), b.tau()
     tolerance = 0.5 * (np.median(np.diff(ta)) if len(ta) > 1 else 1.0)
     nearest = [int(np.argmin(abs(tb - t))) for t in ta]
@@ -111,13 +126,17 @@ def dense_in_both(mpm: Run, dem: Run, i: int, k: int) -> np.ndarray:
 
 
 def temperature(run: Run, frame: int) -> np.ndarray:
-    """Granular temperature (ny, nx) [m2/s2]: the material points' own, or the grains' measured one."""
+    """Granular temperature (ny, nx) [m2/s2]: the material points' own, or the grains'
+    measured one.
+    """
     own = "granular_temperature_state"
     return run.fields[own if own in run.fields else "granular_temperature"][frame]
 
 
 def stress(run: Run, frame: int) -> np.ndarray:
-    """Stress (ny, nx, 3, 3) [Pa]: the material points' own, or the grains' contact and kinetic stress; NaN without contacts."""
+    """Stress (ny, nx, 3, 3) [Pa]: the material points' own, or the grains' contact and kinetic
+    stress; NaN without contacts.
+    """
     if "stress_state" in run.fields:
         return run.fields["stress_state"][frame]
     kinetic = run.fields["kinetic_stress"][frame]
@@ -129,10 +148,12 @@ def stress(run: Run, frame: int) -> np.ndarray:
 
 
 def masked_error(mpm: Run, dem: Run, field) -> float:
-    """Root of sum rho |a - b|^2 over sum rho |b|^2, a = field(mpm, frame) and b = field(dem, frame) of shape (ny, nx, ...).
+    """Root of sum rho |a - b|^2 over sum rho |b|^2, a = field(mpm, frame) and b = field(dem, frame)
+    of shape (ny, nx, ...).
 
-    rho is the grains' density; over all common instants and the cells where both engines have more than half of the
-    bulk's solid fraction and both values are defined. NaN where no such cell is left or b vanishes.
+    rho is the grains' density; over all common instants and the cells where both engines have more
+    than half of the bulk's solid fraction and both values are defined. NaN where no such cell is
+    left or b vanishes.
     """
     difference = reference = 0.0
     for i, k in common_frames(mpm, dem):
@@ -158,15 +179,17 @@ def example_run(
     diameter=0.1,
     **fields,
 ):
-    """A run made of arrays, for examples of metrics and statements: H = L0 = g = 1, e0 = 1, points of mass 1.
+    """A run made of arrays, for examples of metrics and statements: H = L0 = g = 1, e0 = 1, points
+    of mass 1.
 
-    x: (frames, N, 3); solid_fraction and other fields: (frames, ny, nx, ...) on a grid of `spacing`.
+    x: (frames, N, 3); solid_fraction and other fields: (frames, ny, nx, ...) on a grid of
+    `spacing`.
     """
     case = parse(
         "[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
         f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
-        "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\nmargin_time = 0.05\nmargin_energy = 0.05\n"
-        "margin_distance = 0.03\n"
+        "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\n"
+        "margin_time = 0.05\nmargin_energy = 0.05\nmargin_distance = 0.03\n"
     )
     x = np.zeros((len(time), 1, 3)) if x is None else np.asarray(x, dtype=float)
     v = np.zeros_like(x) if v is None else np.asarray(v, dtype=float)

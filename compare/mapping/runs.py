@@ -1,9 +1,10 @@
 """Runs of either engine and the fields mapped from them, read from HDF5."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import overload
 
 import h5py
 import numpy as np
@@ -23,10 +24,11 @@ POINT_STATE = (
 
 @dataclass(frozen=True)
 class Cloud:
-    """What moves, at one instant: x, v of shape (N, 3) [m, m/s], mass (N,) [kg], solid_volume (N,) [m3].
+    """What moves, at one instant: x, v of shape (N, 3) [m, m/s], mass (N,) [kg], solid_volume (N,)
+    [m3].
 
-    `state` is what material points know themselves, each (N,): records of POINT_STATE by name, and "pressure" [Pa], a third of the
-    trace of the stress. A point keeps its row.
+    `state` is what material points know themselves, each (N,): records of POINT_STATE by name, and
+    "pressure" [Pa], a third of the trace of the stress. A point keeps its row.
     """
 
     x: np.ndarray
@@ -36,46 +38,59 @@ class Cloud:
     state: dict = field(default_factory=dict)
 
 
-class StoredClouds(Sequence):
+class StoredClouds(Sequence[Cloud]):
     """The frames of a run file; each is read when it is asked for, the last one kept."""
 
     def __init__(self, path: Path, steps: list[int]):
-        self.path, self.steps, self.kept = path, steps, (None, None)
+        self.path, self.steps = path, steps
+        self.kept: tuple[int, Cloud] | None = None
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.steps)
 
+    @overload
     def __getitem__(self, i: int) -> Cloud:
+        ...
+
+    @overload
+    def __getitem__(self, i: slice) -> list[Cloud]:
+        ...
+
+    def __getitem__(self, i: int | slice) -> Cloud | list[Cloud]:
+        if isinstance(i, slice):
+            return [self[k] for k in range(*i.indices(len(self)))]
         step = self.steps[i]
-        if self.kept[0] != step:
-            with h5py.File(self.path) as f:
-                cloud = f[f"data/{step}/particles/cloud"]
-                moving = cloud["kind"][:] != GLUED if "kind" in cloud else slice(None)
-                vector = {
-                    r: np.stack([cloud[r][k][:] for k in "xyz"], axis=-1)[moving]
-                    for r in ("position", "velocity")
-                }
-                state = {name: cloud[name][:] for name in POINT_STATE if name in cloud}
-                if "stress" in cloud:
-                    state["pressure"] = (
-                        sum(cloud["stress"][name][:] for name in ("xx", "yy", "zz")) / 3.0
-                    )
-                self.kept = (
-                    step,
-                    Cloud(
-                        vector["position"],
-                        vector["velocity"],
-                        cloud["mass"][:][moving],
-                        cloud["solid_volume"][:][moving],
-                        state,
-                    ),
-                )
+        if self.kept is None or self.kept[0] != step:
+            self.kept = (step, self.read(step))
         return self.kept[1]
+
+    def read(self, step: int) -> Cloud:
+        with h5py.File(self.path) as f:
+            cloud = f[f"data/{step}/particles/cloud"]
+            moving = cloud["kind"][:] != GLUED if "kind" in cloud else slice(None)
+            vector = {
+                r: np.stack([cloud[r][k][:] for k in "xyz"], axis=-1)[moving]
+                for r in ("position", "velocity")
+            }
+            state = {name: cloud[name][:] for name in POINT_STATE if name in cloud}
+            if "stress" in cloud:
+                state["pressure"] = (
+                    sum(cloud["stress"][name][:] for name in ("xx", "yy", "zz")) / 3.0
+                )
+            return Cloud(
+                vector["position"],
+                vector["velocity"],
+                cloud["mass"][:][moving],
+                cloud["solid_volume"][:][moving],
+                state,
+            )
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Centres x (nx,) and y (ny,) [m] of the cells that fields of shape (ny, nx) belong to; cell_volume [m3]."""
+    """Centres x (nx,) and y (ny,) [m] of the cells that fields of shape (ny, nx) belong to;
+    cell_volume [m3].
+    """
 
     x: np.ndarray
     y: np.ndarray
@@ -88,12 +103,15 @@ class Grid:
 
 @dataclass
 class Fields:
-    """Fields of one run: fields["density"] has shape (frames, ny, nx), tensors a trailing (3, 3)."""
+    """Fields of one run: fields["density"] has shape (frames, ny, nx), tensors a trailing
+    (3, 3).
+    """
 
     grid: Grid
     time: np.ndarray
-    values: dict | h5py.Group
-    loaded: dict = field(default_factory=dict)
+    values: Mapping  # arrays by name, or a group of a file
+    attributes: dict = field(default_factory=dict)  # of the file: kernel, width, spacing
+    loaded: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __contains__(self, name):
         return name in self.values
@@ -108,8 +126,9 @@ class Fields:
 class Run:
     """One run: its case, its frames, its energy history [J] and the fields mapped from it.
 
-    `mass_scale` multiplies mass and energies, so that both clouds of a pair weigh the same: a slab of plane strain is
-    as well a slab that much thicker. `reference_energy` [J] is the energy the grains release.
+    `mass_scale` multiplies mass and energies, so that both clouds of a pair weigh the same: a slab
+    of plane strain is as well a slab that much thicker. `reference_energy` [J] is the energy the
+    grains release.
     """
 
     name: str
@@ -119,9 +138,16 @@ class Run:
     clouds: Sequence[Cloud]
     energy: dict[str, np.ndarray]
     attributes: dict = field(default_factory=dict)
-    fields: Fields | None = None
+    mapped: Fields | None = None
     mass_scale: float = 1.0
     reference_energy: float = 1.0
+
+    @property
+    def fields(self) -> Fields:
+        """The fields mapped from the run; raises ValueError where nothing has been mapped yet."""
+        if self.mapped is None:
+            raise ValueError(f"{self.name}: no fields have been mapped from this run")
+        return self.mapped
 
     @property
     def time_scale(self) -> float:
@@ -194,4 +220,5 @@ def open_fields(path: str | Path, name: str) -> Fields:
     """Fields of the run `name` in a file of grain_map."""
     f = h5py.File(path)
     grid = Grid(f["grid/x"][:], f["grid/y"][:], float(f["grid"].attrs["cell_volume"]))
-    return Fields(grid, f[name]["time"][:], f[name])
+    attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in f.attrs.items()}
+    return Fields(grid, f[name]["time"][:], f[name], attributes)

@@ -1,4 +1,5 @@
-"""Metrics: one file each, a pure function of a run (or of a pair of runs) and an example with a known answer.
+"""Metrics: one file each, a pure function of a run (or of a pair of runs) and an example with a
+known answer.
 
 A metric of one run is computed for each engine; a metric of a pair says how far apart the two are.
 """
@@ -17,7 +18,7 @@ class Metric:
     definition: str  # the function's docstring
     of_pair: bool
     function: Callable
-    margin: str  # key of the case that holds the equivalence margin; "" when the metric has no verdict
+    margin: str  # key of the case that holds the margin of equivalence; "" without a verdict
 
     def __call__(self, *runs):
         return self.function(*runs)

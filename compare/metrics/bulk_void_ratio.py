@@ -6,8 +6,9 @@ from compare.mapping.reductions import bulk_solid_fraction, example_run
 
 @metric(unit="-", source="mapped solid fraction")
 def bulk_void_ratio(run):
-    """Void ratio of the column at release: total voids over total solid in the cells with more than 0.9 of the case's
-    solid fraction, which leaves the surface out."""
+    """Void ratio of the column at release: total voids over total solid in the cells with more than
+    0.9 of the case's solid fraction, which leaves the surface out.
+    """
     phi = run.fields["solid_fraction"][0]
     phi = phi[phi > 0.9 * bulk_solid_fraction(run)]
     return float((1.0 - np.mean(phi)) / np.mean(phi)) if phi.size else float("nan")

@@ -8,8 +8,9 @@ from compare.mapping.reductions import example_run
     margin="compare.margin_energy",
 )
 def dissipated_energy(run):
-    """Energy dissipated by all physical mechanisms until the end, over the energy E0 that the grains release. Numerical
-    losses are not in it."""
+    """Energy dissipated by all physical mechanisms until the end, over the energy E0 that the
+    grains release. Numerical losses are not in it.
+    """
     return float(run.normalised("dissipated")[-1])
 
 

@@ -6,8 +6,9 @@ from compare.mapping.reductions import example_run
     unit="E0", source="energy histories; short contacts as in dem_reference/README.md", of_pair=True
 )
 def dissipation_split(mpm, dem):
-    """Half the sum of the absolute differences of three shares of the released energy E0 at the end: dissipated by collisions
-    (of the grains: by contacts shorter than the threshold), dissipated otherwise, and unaccounted for.
+    """Half the sum of the absolute differences of three shares of the released energy E0 at the
+    end: dissipated by collisions (of the grains: by contacts shorter than the threshold),
+    dissipated otherwise, and unaccounted for.
     """
 
     def shares(run):

@@ -6,8 +6,9 @@ from compare.mapping.reductions import example_run, surface
     unit="L0", source="free surface: solid fraction half the bulk's", margin="compare.margin_height"
 )
 def final_height(run):
-    """Largest height of the free surface at the end, over L0; the surface is where the solid fraction, followed up from
-    the floor, falls below half of the bulk's."""
+    """Largest height of the free surface at the end, over L0; the surface is where the solid
+    fraction, followed up from the floor, falls below half of the bulk's.
+    """
     return float(surface(run, -1).max()) / run.length
 
 

@@ -6,8 +6,9 @@ from compare.mapping.reductions import example_run
 
 @metric(unit="sqrt(H/g)", source="energy history", margin="compare.margin_time")
 def kinetic_energy_peak_time(run):
-    """Time of the largest translational kinetic energy: the vertex of the parabola through the largest sample and its
-    neighbours."""
+    """Time of the largest translational kinetic energy: the vertex of the parabola through the
+    largest sample and its neighbours.
+    """
     t, kinetic = run.energy_tau(), run.joules("kinetic")
     k = int(np.argmax(kinetic))
     if k in (0, len(kinetic) - 1):

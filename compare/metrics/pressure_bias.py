@@ -6,8 +6,10 @@ from compare.mapping.reductions import common_frames, dense_in_both, example_run
 
 @metric(unit="-", source="mass-weighted mean in a mask", of_pair=True)
 def pressure_bias(mpm, dem):
-    """Sum rho (p_mpm - p_dem) over sum rho p_dem, p = trace(sigma)/3, stresses, instants and cells as for stress_error:
-    positive where the continuum is under the greater pressure on average, which no norm tells."""
+    """Sum rho (p_mpm - p_dem) over sum rho p_dem, p = trace(sigma)/3, stresses, instants and cells
+    as for stress_error: positive where the continuum is under the greater pressure on average,
+    which no norm tells.
+    """
     difference = reference = 0.0
     for i, k in common_frames(mpm, dem):
         mask = dense_in_both(mpm, dem, i, k)

@@ -9,9 +9,10 @@ CUBIC = [(i, j) for i in range(4) for j in range(4 - i)]
 
 @metric(unit="-", source="root mean square residual of a cubic least-squares fit")
 def pressure_roughness(run):
-    """Root mean square of p minus its cubic fit in x and y, over the mean of p, at the last instant, p = trace(sigma)/3 mapped with
-    the common kernel, in the cells of x < L0 with more than half of the bulk's solid fraction whose three upper neighbours
-    have it too. Grains at rest are rough themselves, by their force chains; a continuum has no such excuse.
+    """Root mean square of p minus its cubic fit in x and y, over the mean of p, at the last
+    instant, p = trace(sigma)/3 mapped with the common kernel, in the cells of x < L0 with more than
+    half of the bulk's solid fraction whose three upper neighbours have it too. Grains at rest are
+    rough themselves, by their force chains; a continuum has no such excuse.
     """
     solid = run.fields["solid_fraction"][-1] > 0.5 * bulk_solid_fraction(run)
     covered = solid.copy()

@@ -6,11 +6,15 @@ from compare.mapping.reductions import example_run, main_mass
 
 @metric(
     unit="L0",
-    source="farthest grain still connected to the main mass, on the mapped field so that points have it too",
+    source=(
+        "farthest grain still connected to the main mass, on the mapped field so that points have "
+        "it too"
+    ),
 )
 def run_out_connected(run):
-    """(x - L0)/L0 at the end, x being the far side of the heaviest connected region whose solid fraction exceeds 5 % of
-    the bulk's."""
+    """(x - L0)/L0 at the end, x being the far side of the heaviest connected region whose solid
+    fraction exceeds 5 % of the bulk's.
+    """
     grid = run.fields.grid
     columns = np.flatnonzero(main_mass(run, -1).any(axis=0))
     return (grid.x[columns[-1]] + 0.5 * grid.spacing) / run.length - 1.0

@@ -10,8 +10,9 @@ from compare.mapping.reductions import common_frames, example_run
     of_pair=True,
 )
 def solid_fraction_error(mpm, dem):
-    """Mean over all common instants of sum |phi_mpm - phi_dem| / sum (phi_mpm + phi_dem): 0 for equal fields, 1 for
-    fields that do not overlap."""
+    """Mean over all common instants of sum |phi_mpm - phi_dem| / sum (phi_mpm + phi_dem): 0 for
+    equal fields, 1 for fields that do not overlap.
+    """
     errors = []
     for i, k in common_frames(mpm, dem):
         a, b = mpm.fields["solid_fraction"][i], dem.fields["solid_fraction"][k]

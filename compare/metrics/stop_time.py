@@ -6,7 +6,9 @@ from compare.mapping.reductions import example_run
 
 @metric(unit="sqrt(H/g)", source="energy history")
 def stop_time(run):
-    """Time after which the kinetic energy stays below a thousandth of its peak; undefined while it has not."""
+    """Time after which the kinetic energy stays below a thousandth of its peak; undefined while it
+    has not.
+    """
     t, kinetic = run.energy_tau(), run.joules("kinetic")
     moving = np.flatnonzero(kinetic >= 1e-3 * kinetic.max())
     return float(t[moving[-1] + 1]) if moving[-1] + 1 < len(t) else float("nan")

@@ -6,9 +6,10 @@ from compare.mapping.reductions import example_run, masked_error, stress
 
 @metric(unit="-", source="mass-weighted relative L2 norm in a mask", of_pair=True)
 def stress_error(mpm, dem):
-    """Root of sum rho |sigma_mpm - sigma_dem|^2 over sum rho |sigma_dem|^2, all components: the material points' own
-    stress against contact plus kinetic stress of the grains, over all common instants and the cells where both have
-    more than half of the bulk's solid fraction."""
+    """Root of sum rho |sigma_mpm - sigma_dem|^2 over sum rho |sigma_dem|^2, all components: the
+    material points' own stress against contact plus kinetic stress of the grains, over all common
+    instants and the cells where both have more than half of the bulk's solid fraction.
+    """
     return masked_error(mpm, dem, stress)
 
 

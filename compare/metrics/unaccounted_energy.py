@@ -4,8 +4,9 @@ from compare.mapping.reductions import example_run
 
 @metric(unit="E0", source="energy history; E0 is the energy the grains release")
 def unaccounted_energy(run):
-    """Energy neither held nor booked as dissipated at the end, over E0: numerical losses of the continuum, residual of
-    the grains' audit."""
+    """Energy neither held nor booked as dissipated at the end, over E0: numerical losses of the
+    continuum, residual of the grains' audit.
+    """
     return float(run.normalised("unaccounted")[-1])
 
 

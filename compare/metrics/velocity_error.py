@@ -4,8 +4,9 @@ from compare.mapping.reductions import example_run, masked_error
 
 @metric(unit="-", source="mass-weighted relative L2 norm in a mask", of_pair=True)
 def velocity_error(mpm, dem):
-    """Root of sum rho |V_mpm - V_dem|^2 over sum rho |V_dem|^2, with the grains' density, over all common instants and
-    the cells where both have more than half of the bulk's solid fraction."""
+    """Root of sum rho |V_mpm - V_dem|^2 over sum rho |V_dem|^2, with the grains' density, over all
+    common instants and the cells where both have more than half of the bulk's solid fraction.
+    """
     return masked_error(mpm, dem, lambda run, frame: run.fields["velocity"][frame])
 
 

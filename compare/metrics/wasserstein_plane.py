@@ -9,13 +9,16 @@ DIRECTIONS = 32
 
 @metric(
     unit="L0",
-    source="sliced Wasserstein distance (Rabin et al. 2011), scaled so that a shift gives its length",
+    source=(
+        "sliced Wasserstein distance (Rabin et al. 2011), scaled so that a shift gives its length"
+    ),
     of_pair=True,
     margin="compare.margin_distance",
 )
 def wasserstein_plane(mpm, dem):
-    """Sliced Wasserstein distance of the two final mass distributions in the plane, over L0: the mean over 32 directions
-    of the one-dimensional distance of the projections, times pi/2, so that a rigid shift gives the shift.
+    """Sliced Wasserstein distance of the two final mass distributions in the plane, over L0: the
+    mean over 32 directions of the one-dimensional distance of the projections, times pi/2, so that
+    a rigid shift gives the shift.
     """
     a, b = mpm.clouds[-1], dem.clouds[-1]
     angles = (np.arange(DIRECTIONS) + 0.5) * np.pi / DIRECTIONS

@@ -12,7 +12,9 @@ from compare.mapping.reductions import example_run
     margin="compare.margin_distance",
 )
 def wasserstein_x(mpm, dem):
-    """Mean distance along x that mass would have to be moved to turn one final deposit into the other, over L0."""
+    """Mean distance along x that mass would have to be moved to turn one final deposit into the
+    other, over L0.
+    """
     a, b = mpm.clouds[-1], dem.clouds[-1]
     return wasserstein_distance(a.x[:, 0], b.x[:, 0], a.mass, b.mass) / dem.length
 

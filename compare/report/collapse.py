@@ -1,4 +1,6 @@
-"""A column's collapse as [Ceccato2019, section 4] shows it, from one run of the continuum: statements, figures, page."""
+"""A column's collapse as [Ceccato2019, section 4] shows it, from one run of the continuum:
+statements, figures, page.
+"""
 
 import json
 from pathlib import Path
@@ -23,12 +25,14 @@ LOSSES = {
 
 
 def open_collapse(path: Path) -> Run:
-    """The run of an mpm.h5, its energies measured in what it releases. Raises CaseError when it is not one of the continuum."""
+    """The run of an mpm.h5, its energies measured in what it releases. Raises CaseError when it is
+    not one of the continuum.
+    """
     run = open_run(path)
     if run.engine != "mpm" or run.case["geometry.dimension"] == "axisymmetric":
         raise CaseError(
-            f"{path}: not a slab of the continuum ({run.engine}, {run.case['geometry.dimension']}) give the mpm.h5 of a column in "
-            "plane strain or in three dimensions"
+            f"{path}: not a slab of the continuum ({run.engine}, {run.case['geometry.dimension']}) "
+            "give the mpm.h5 of a column in plane strain or in three dimensions"
         )
     lacking = [name for name in POINT_STATE if name not in run.clouds[0].state]
     if lacking:
@@ -44,14 +48,16 @@ def open_collapse(path: Path) -> Run:
 
 
 def make(path: Path, folder: Path, tell=lambda fraction, text: None) -> dict:
-    """Writes fields.h5, statements.json, figures/ and collapse.html into `folder`; returns the statements."""
+    """Writes fields.h5, statements.json, figures/ and collapse.html into `folder`; returns the
+    statements.
+    """
     run = open_collapse(path)
     folder.mkdir(parents=True, exist_ok=True)
     tell(0.0, "mapping the points")
     map_fields(
         [path], folder / "fields.h5", "--width", run.case["mpm.cell_size"] / run.diameter
     )  # points drawn apart leave no gaps
-    run.fields = open_fields(folder / "fields.h5", run.name)
+    run.mapped = open_fields(folder / "fields.h5", run.name)
     tell(0.1, "statements")
     statements = judge(run)
     write_atomically(

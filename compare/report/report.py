@@ -1,7 +1,7 @@
 """Compares the runs of a folder and writes the report: python3 -m compare.report RUNDIR.
 
-RUNDIR holds mpm.h5 and dem.h5 (and, for an ensemble, more files mpm*.h5 and dem*.h5). Written there: fields.h5,
-metrics.json, figures/*.svg and *.png, report.html.
+RUNDIR holds mpm.h5 and dem.h5 (and, for an ensemble, more files mpm*.h5 and dem*.h5). Written
+there: fields.h5, metrics.json, figures/*.svg and *.png, report.html.
 """
 
 import argparse
@@ -47,7 +47,9 @@ class Figure:
 
 
 def draw(chart, c, folder: Path) -> Figure | None:
-    """Draws a chart for wide and narrow pages; the wide one also goes into `folder` as SVG and PNG."""
+    """Draws a chart for wide and narrow pages; the wide one also goes into `folder` as SVG
+    and PNG.
+    """
     images, sentence = {}, ""
     with plt.rc_context(STYLE):
         for narrow in (False, True):
@@ -74,7 +76,9 @@ def draw(chart, c, folder: Path) -> Figure | None:
 
 
 def draw_all(charts, subject, folder: Path, tell) -> list[Figure]:
-    """Draws charts into `folder`, which is made or replaced once all are there; tell(share of them drawn, text)."""
+    """Draws charts into `folder`, which is made or replaced once all are there; tell(share of them
+    drawn, text).
+    """
     figures = []
     with tempfile.TemporaryDirectory(prefix=".figures-", dir=folder.parent) as scratch:
         for i, chart in enumerate(charts):
@@ -106,7 +110,9 @@ def provenance(runs) -> list[dict]:
 
 
 def page(template: str, runs, case, **values) -> str:
-    """An HTML page of a template that extends page.html.j2; it ends with the provenance of `runs` and the case."""
+    """An HTML page of a template that extends page.html.j2; it ends with the provenance of `runs`
+    and the case.
+    """
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
@@ -141,8 +147,9 @@ def render(
 
 
 def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=()) -> dict:
-    """Everything from the HDF5 of the runs; returns the metrics. `options` go to grain_map; `widths` [d], when given,
-    make a width study."""
+    """Everything from the HDF5 of the runs; returns the metrics. `options` go to grain_map;
+    `widths` [d], when given, make a width study.
+    """
     mpm, dem = comparison.run_files(folder)
     tell(0.0, "mapping both clouds onto one grid")
     comparison.map_fields([*mpm, *dem, *controls.files(folder)], folder / "fields.h5", *options)
@@ -158,8 +165,7 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
     figures = draw_all(
         all_charts(), c, folder / "figures", lambda share, text: tell(0.4 + 0.55 * share, text)
     )
-    attributes = c.dem[0].fields.values.file.attrs
-    mapping = {k: v.decode() if isinstance(v, bytes) else v for k, v in attributes.items()}
+    mapping = c.dem[0].fields.attributes
     write_atomically(folder / "report.html", render(c, metrics, figures, judged, mapping))
     tell(1.0, "report written")
     return metrics

@@ -17,8 +17,9 @@ OMITTED = {"position", "positionOffset"}  # the first are the points, the second
 def export(run: Path, folder: Path) -> Path:
     """Writes `folder`/<run>.pvd and `folder`/<run>/<step>.vtu; returns the .pvd.
 
-    Each record of CONTRIBUTING.md becomes point data of its name, SI units: a vector (N, 3), a symmetric tensor
-    (N, 6) in the order xx yy zz xy yz zx. Raises CaseError if `run` is no run file. Nothing is left of a failed export.
+    Each record of CONTRIBUTING.md becomes point data of its name, SI units: a vector (N, 3), a
+    symmetric tensor (N, 6) in the order xx yy zz xy yz zx. Raises CaseError if `run` is no run
+    file. Nothing is left of a failed export.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".vtk-", dir=folder) as scratch:

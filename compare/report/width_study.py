@@ -1,6 +1,8 @@
-"""What the kernel's width does to each field of the grains: the plateau on which the width should lie, measured.
+"""What the kernel's width does to each field of the grains: the plateau on which the width should
+lie, measured.
 
-Below the plateau single grains and layers show, above it the surface and the gradients of the flow leak in.
+Below the plateau single grains and layers show, above it the surface and the gradients of the flow
+leak in.
 """
 
 import tempfile
@@ -25,7 +27,9 @@ FIELDS = (
 
 @dataclass(frozen=True)
 class WidthStudy:
-    """Means of fields over the same core of the flow for each width; `scatter` is the solid fraction's over the core."""
+    """Means of fields over the same core of the flow for each width; `scatter` is the solid
+    fraction's over the core.
+    """
 
     widths: np.ndarray  # [d]
     tau: float  # of the frame, in sqrt(H/g)
@@ -34,7 +38,9 @@ class WidthStudy:
 
 
 def core(run: Run, frame: int, margin: int = 3) -> np.ndarray:
-    """Cells (ny, nx) that the reference width calls dense, `margin` cells away from any that it does not."""
+    """Cells (ny, nx) that the reference width calls dense, `margin` cells away from any that it
+    does not.
+    """
     dense = run.fields["solid_fraction"][frame] > 0.8 * bulk_solid_fraction(run)
     for _ in range(margin):
         padded = np.pad(dense, 1, constant_values=False)
@@ -50,13 +56,15 @@ def study(run: Run, path: Path, widths, options=()) -> WidthStudy:
     """Maps the frame of the kinetic-energy peak with every width; `options` go to grain_map."""
     frame = int(np.argmin(abs(run.tau() - run.energy_tau()[np.argmax(run.joules("kinetic"))])))
     mask = core(run, frame)
-    means, scatter = {name: [] for name in FIELDS}, []
+    means: dict[str, list] = {name: [] for name in FIELDS}
+    scatter = []
     with tempfile.TemporaryDirectory() as scratch:
         for width in widths:
             output = Path(scratch) / f"{width}.h5"
             map_fields([path], output, *options, "--width", str(width), "--frame", str(frame))
             fields = open_fields(output, path.stem)
-            # Wider kernels reach farther and so make larger grids, but cell (0, 0) is the corner of the walls in all.
+            # Wider kernels reach farther and so make larger grids, but cell (0, 0) is the corner of
+            # the walls in all.
             ny, nx = (min(a, b) for a, b in zip(mask.shape, fields["solid_fraction"].shape[1:]))
             inside = mask[:ny, :nx]
             for name in FIELDS:

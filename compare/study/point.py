@@ -1,8 +1,9 @@
 """One point of a study: runs a recipe and keeps its signature, or how it failed.
 
-    python3 -m compare.study.point CONFIG KEY -o POINT.json
+python3 -m compare.study.point CONFIG KEY -o POINT.json
 
-A failure of the engine is a result like any other: the program fails itself only when it cannot run the recipe at all.
+A failure of the engine is a result like any other: the program fails itself only when it cannot run
+the recipe at all.
 """
 
 import os
@@ -21,7 +22,9 @@ from compare.study.signature import compact
 
 
 def measure(scene: Path, recipe: Recipe) -> dict:
-    """The recipe's signature, or its failure: class, message and the processor seconds it had taken."""
+    """The recipe's signature, or its failure: class, message and the processor seconds it had
+    taken.
+    """
 
     def limited():
         resource.setrlimit(resource.RLIMIT_CPU, (int(recipe.timeout) + 1, int(recipe.timeout) + 5))

@@ -70,7 +70,8 @@ def study(scene: case.Case, name: str) -> dict:
     file = scene.path.with_name("study.toml")
     if not file.exists():
         raise CaseError(
-            f"{file}: no such file (it holds the recipes of the case's studies) see cases/column_small/study.toml"
+            f"{file}: no such file (it holds the recipes of the case's studies) "
+            "see cases/column_small/study.toml"
         )
     table = case.load(file, kind="study").values.get(name)
     if table is None:

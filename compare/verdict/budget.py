@@ -1,8 +1,9 @@
 """The energy budget of a run: what the released energy has become, account by account.
 
-Totals and times compare one to one between the engines. The accounts of dissipation do not: the grains' contacts know
-normal and tangential work, the continuum knows plastic and collisional dissipation; they stand side by side and are
-never equated by name. Numerical losses and residuals are accounts of their own.
+Totals and times compare one to one between the engines. The accounts of dissipation do not: the
+grains' contacts know normal and tangential work, the continuum knows plastic and collisional
+dissipation; they stand side by side and are never equated by name. Numerical losses and residuals
+are accounts of their own.
 """
 
 from dataclasses import dataclass
@@ -37,9 +38,11 @@ ACCOUNTS = {
 
 
 def mean_and_fluctuating(run) -> tuple[np.ndarray, np.ndarray]:
-    """Kinetic energy of the mapped flow, 1/2 rho V^2, and of the fluctuation about it, at the frames [reference energy].
+    """Kinetic energy of the mapped flow, 1/2 rho V^2, and of the fluctuation about it, at the
+    frames [reference energy].
 
-    The two add up to the cloud's kinetic energy exactly: 1/2 sum m v^2 phi = 1/2 rho V^2 + 1/2 tr(kinetic stress).
+    The two add up to the cloud's kinetic energy exactly: 1/2 sum m v^2 phi = 1/2 rho V^2 + 1/2
+    tr(kinetic stress).
     """
     grid = run.fields.grid
     scale = run.mass_scale * grid.cell_volume / run.reference_energy
@@ -65,8 +68,10 @@ def split_kinetic(run) -> list[Account]:
 
 
 def budget(run, split: bool = True) -> list[Account]:
-    """Accounts over run.energy_tau(), in the order they are stacked, the kinetic energy split by the mapped fields or whole; with the released energy they add up to what was
-    there at release, except for the residual, which is the last account."""
+    """Accounts over run.energy_tau(), in the order they are stacked, the kinetic energy split by
+    the mapped fields or whole; with the released energy they add up to what was there at release,
+    except for the residual, which is the last account.
+    """
     potential = run.normalised("potential")
     held = [Account("potential", "held", potential - potential[-1])]
     held += split_kinetic(run) if split else [Account("kinetic", "held", run.normalised("kinetic"))]
@@ -84,6 +89,6 @@ def budget(run, split: bool = True) -> list[Account]:
     if not gone:  # an engine that was not asked to split its dissipation
         gone = [Account("all mechanisms", "dissipated", run.normalised("dissipated"))]
     accounts = [a for a in held + gone if np.any(a.values)]
-    total = sum(a.values for a in accounts)
+    total = sum((a.values for a in accounts), np.zeros_like(potential))
     accounts.append(Account("residual", "numerical", total[0] - total))
     return accounts

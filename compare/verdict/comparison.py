@@ -23,7 +23,7 @@ class Comparison:
 
     mpm: list[Run]
     dem: list[Run]
-    width_study: object = None  # a WidthStudy, when one was asked for
+    width_study: object = None  # a WidthStudy of compare.report, when one was asked for
 
     @property
     def first(self) -> tuple[Run, Run]:
@@ -106,7 +106,7 @@ def load(folder: Path) -> Comparison:
     """The comparison of a folder whose fields.h5 is there."""
     mpm, dem = ([open_run(path) for path in files] for files in run_files(folder))
     for run in mpm + dem:
-        run.fields = open_fields(folder / "fields.h5", run.name)
+        run.mapped = open_fields(folder / "fields.h5", run.name)
     return pair(mpm, dem)
 
 
@@ -180,14 +180,16 @@ def evaluate(c: Comparison) -> dict[str, dict]:
         "value": c.mpm[0].mass_scale,
         "unit": "-",
         "source": "pairing",
-        "definition": "Factor on the continuum's mass and energies that makes both clouds weigh "
-        "the same.",
+        "definition": (
+            "Factor on the continuum's mass and energies that makes both clouds weigh the same."
+        ),
     }
     out["verdict"] = {
         "value": verdict.overall([e["verdict"] for e in out.values() if "verdict" in e]),
         "unit": "-",
         "source": "equivalence tests against the case's margins",
-        "definition": "agree, differ or unresolved for ensembles; within or outside margin for "
-        "one pair.",
+        "definition": (
+            "agree, differ or unresolved for ensembles; within or outside margin for one pair."
+        ),
     }
     return out

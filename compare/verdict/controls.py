@@ -1,8 +1,11 @@
-"""Negative controls: candidates that must not pass for the continuum. A comparison that lets one pass proves nothing.
+"""Negative controls: candidates that must not pass for the continuum. A comparison that lets one
+pass proves nothing.
 
-shuffled            the continuum's own instants and energy rows in random order; costs nothing, always tried
+shuffled            the continuum's own instants and energy rows in random order; costs nothing,
+                    always tried
 over_frictional     the continuum with about twice the friction, in controls/over_frictional.h5
-other_aspect_ratio  grains of a column half as high, in controls/other_aspect_ratio.h5, in the continuum's place
+other_aspect_ratio  grains of a column half as high, in controls/other_aspect_ratio.h5, in the
+                    continuum's place
 
 The last two are runs of their own; `make` runs what is missing.
 """
@@ -45,14 +48,16 @@ def files(folder: Path) -> list[Path]:
 
 
 def shuffled(run: Run, seed: int = 1) -> Run:
-    """The run with its frames, and the rows of its energy history, in random order at the old times."""
+    """The run with its frames, and the rows of its energy history, in random order at the old
+    times.
+    """
     random = np.random.default_rng(seed)
     order, rows = random.permutation(len(run.time)), random.permutation(len(run.energy["time"]))
     energy = {k: v if k == "time" else v[rows] for k, v in run.energy.items()}
     fields = Fields(
         run.fields.grid, run.fields.time, {k: run.fields[k][order] for k in JUDGED_FIELDS}
     )
-    return replace(run, clouds=[run.clouds[i] for i in order], energy=energy, fields=fields)
+    return replace(run, clouds=[run.clouds[i] for i in order], energy=energy, mapped=fields)
 
 
 def judge(name: str, candidate: Run, c: Comparison) -> Control:
@@ -67,7 +72,7 @@ def judge_all(c: Comparison, folder: Path) -> list[Control]:
     controls = [judge("shuffled", shuffled(c.mpm[0]), c)]
     for path in files(folder):
         run = open_run(path)
-        run.fields = open_fields(folder / "fields.h5", run.name)
+        run.mapped = open_fields(folder / "fields.h5", run.name)
         controls.append(judge(run.name, run, c))
     return controls
 
@@ -79,7 +84,10 @@ def entries(controls: list[Control]) -> dict[str, dict]:
             "value": "rejected" if control.rejected else "NOT REJECTED",
             "unit": "-",
             "source": "negative control",
-            "definition": f"Whether {WORDS[control.name]}, put in the continuum's place, is found to differ from the grains.",
+            "definition": (
+                f"Whether {WORDS[control.name]}, put in the continuum's place, is found to differ "
+                "from the grains."
+            ),
             "words": control.words,
         }
         for control in controls

@@ -1,9 +1,11 @@
-"""Verdicts: is the continuum equivalent to the grains, within the case's margin and given the grains' scatter?
+"""Verdicts: is the continuum equivalent to the grains, within the case's margin and given the
+grains' scatter?
 
-Two one-sided tests at alpha = 0.05 (TOST): equivalent when the 90 % confidence interval of the difference of means lies
-inside (-margin, margin) (Schuirmann 1987; Welch's degrees of freedom). Not finding a difference is not agreement, so an
-interval that is neither inside nor outside the margin is "unresolved". A single pair has no scatter: then only whether
-the difference is within the margin is said, in other words.
+Two one-sided tests at alpha = 0.05 (TOST): equivalent when the 90 % confidence interval of the
+difference of means lies inside (-margin, margin) (Schuirmann 1987; Welch's degrees of freedom). Not
+finding a difference is not agreement, so an interval that is neither inside nor outside the margin
+is "unresolved". A single pair has no scatter: then only whether the difference is within the margin
+is said, in other words.
 """
 
 from dataclasses import dataclass
@@ -24,7 +26,8 @@ class Verdict:
 
 
 def confidence_half_width(a: np.ndarray, b: np.ndarray, confidence: float = 0.90) -> float:
-    """Half-width of the interval of mean(a) - mean(b), Welch; a sample of one is a deterministic value without scatter.
+    """Half-width of the interval of mean(a) - mean(b), Welch; a sample of one is a deterministic
+    value without scatter.
 
     NaN when neither sample has scatter to estimate.
     """
@@ -65,12 +68,16 @@ def equivalence(mpm, dem, margin: float) -> Verdict:
 
 
 def distance(values, margin: float) -> Verdict:
-    """Verdict on a metric of pairs that is a distance (zero is agreement): one value per run of the ensemble."""
+    """Verdict on a metric of pairs that is a distance (zero is agreement): one value per run of the
+    ensemble.
+    """
     return equivalence(values, [0.0], margin)
 
 
 def overall(words: list[str]) -> str:
-    """One word for the whole comparison: agreement takes every metric, one clear difference is enough to differ."""
+    """One word for the whole comparison: agreement takes every metric, one clear difference is
+    enough to differ.
+    """
     if not words:
         return UNRESOLVED
     for word in (DIFFER, OUTSIDE, UNRESOLVED):

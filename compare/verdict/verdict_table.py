@@ -1,4 +1,6 @@
-"""The verdicts of a comparison, its negative controls beside them, as a small table to keep: verdicts.csv."""
+"""The verdicts of a comparison, its negative controls beside them, as a small table to keep:
+verdicts.csv.
+"""
 
 from pathlib import Path
 
@@ -21,8 +23,9 @@ ENTRIES = {
 def table(metrics: dict) -> pd.DataFrame:
     """One row per metric that has a margin, from the entries of metrics.json.
 
-    continuum, grains: means; grains_deviation: standard deviation between packings; difference of the means, or the
-    distance itself; half_width: of the difference's 90 % confidence interval; a column per negative control.
+    continuum, grains: means; grains_deviation: standard deviation between packings; difference of
+    the means, or the distance itself; half_width: of the difference's 90 % confidence interval; a
+    column per negative control.
     """
     controls = [name for name in WORDS if f"control_{name}" in metrics]
     rows = []
@@ -52,7 +55,9 @@ def table(metrics: dict) -> pd.DataFrame:
 
 
 def write(metrics: dict, runs: list, path: Path, command: str) -> None:
-    """The table as CSV below comment lines that say which runs it is of; appears complete or not at all."""
+    """The table as CSV below comment lines that say which runs it is of; appears complete or not at
+    all.
+    """
     commits = ", ".join(sorted({f"{run.engine} {run.attributes['commit']}" for run in runs}))
     judged = {
         name: entry["value"]

@@ -188,7 +188,8 @@ Collected<Dim, Real> collect(const Neighbours<Dim, Support, Real>& at) {
     return collect_from<Moments, Dim, Support, Real>(at.n, at.stride,
                                                      shared_nodes(at.velocities, first)[0]);
   constexpr int layers = Dim == 3 ? Support : 1;
-  std::array<Motion<Dim, Real>, Support * Support * layers> turned;
+  constexpr std::size_t around = std::size_t{Support} * Support * layers;  // nodes of a point
+  std::array<Motion<Dim, Real>, around> turned;
   const auto turn = [&](const auto& motion_at) {
     auto* to = turned.data();
     for (int i = 0; i < Support; ++i)

@@ -93,7 +93,7 @@ struct BSpline {
         }
         Cell<double> entry{.c = n, .node = {}};
         for (int k = 0; k < support; ++k)
-          entry.node[k] = node_position[static_cast<std::size_t>(cell + k)];
+          entry.node[k] = node_position[static_cast<std::size_t>(cell) + k];
         cell_table.push_back(entry);
       }
     }

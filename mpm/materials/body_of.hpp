@@ -231,6 +231,7 @@ class BodyOf final : public Body {
 };
 
 /// Puts a law into the registry. Law must be constructible from `const Case&`.
+// NOLINTBEGIN(bugprone-macro-parentheses): Law is a type
 #define GRAINPAIR_REGISTER_MATERIAL(Law, name)                                  \
   [[maybe_unused]] const bool Law##_registered =                                \
       ::grainpair::material_registry()                                          \
@@ -239,5 +240,6 @@ class BodyOf final : public Body {
                      return std::make_unique<::grainpair::BodyOf<Law>>(Law(c)); \
                    })                                                           \
           .second;
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace grainpair

@@ -168,7 +168,7 @@ class QuasiStatic {
   template <class Real>
   Tensor<Real> tried(const QuasiStaticState<Real>& old, const Tensor<Real>& increment,
                      const Real& e) const {
-    const Tensor<Real> whole = old.strain + increment;
+    Tensor<Real> whole = old.strain + increment;
     const Real gap = -trace(old.strain);
     const auto apart = gap >= 0.0;
     if (!any(apart)) return whole;

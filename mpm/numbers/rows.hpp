@@ -118,6 +118,7 @@ inline bool alike(const Wide& x) { return all(x == Wide(x[0])); }
 /// never put together in memory.
 template <template <class> class Struct, class F>
 void each_column(F&& f) {
+  // NOLINTNEXTLINE(bugprone-sizeof-expression): a struct of Wides, counted
   constexpr std::size_t columns = sizeof(Struct<Wide>) / sizeof(Wide);
   static_assert(sizeof(Struct<double>) - columns * sizeof(double) < 16,
                 "doubles, and padding at the end");

@@ -29,6 +29,7 @@ class WideArray {
   WideArray(const WideArray& a) {
     each([&](int i) { c_[i] = same(a.c_[i]); });
   }
+  // NOLINTNEXTLINE(bugprone-unhandled-self-assignment): component by component, onto itself too
   WideArray& operator=(const WideArray& a) {
     each([&](int i) { c_[i] = same(a.c_[i]); });
     return *this;

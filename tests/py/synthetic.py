@@ -1,10 +1,13 @@
-"""Small run files of both engines, made from formulas, so that what the comparison says of them is known.
+"""Small run files of both engines, made from formulas, so that what the comparison says of them is
+known.
 
-The cloud is a block of points that spreads: x = x0 s(t), with s(t) growing from 1 to `stretch` along a smooth step, so
-that every point has a known place and velocity at any time. The energy history is a formula too. Nothing here is an
-engine; the files only follow the layout of CONTRIBUTING.md.
+The cloud is a block of points that spreads: x = x0 s(t), with s(t) growing from 1 to `stretch`
+along a smooth step, so that every point has a known place and velocity at any time. The energy
+history is a formula too. Nothing here is an engine; the files only follow the layout of
+CONTRIBUTING.md.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
@@ -49,7 +52,9 @@ def _vector(group, name, values, unit):
 
 
 def block(height, length, thickness, spacing, rng=None):
-    """Positions (N, 3) of a lattice that fills height x length x thickness, jittered by a tenth when rng is given."""
+    """Positions (N, 3) of a lattice that fills height x length x thickness, jittered by a tenth
+    when rng is given.
+    """
     counts = [max(1, round(extent / spacing)) for extent in (length, height, thickness)]
     axes = [
         (np.arange(n) + 0.5) * extent / n for n, extent in zip(counts, (length, height, thickness))
@@ -63,6 +68,27 @@ def block(height, length, thickness, spacing, rng=None):
 def smooth_step(s):
     s = np.clip(s, 0.0, 1.0)
     return s * s * (3.0 - 2.0 * s)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A block of points (N, 3) that is stretched in x by `stretch` over `duration` time scales of
+    `scale` seconds, its height shrinking in proportion; times tau in time scales.
+    """
+
+    x0: np.ndarray
+    stretch: float
+    duration: float
+    scale: float
+
+    def stretch_at(self, tau):
+        return 1.0 + (self.stretch - 1.0) * smooth_step(tau / (0.8 * self.duration))
+
+    def place(self, tau):
+        """Positions [m] and velocities [m/s]."""
+        s, eps = self.stretch_at(tau), 1e-6
+        rate = (self.stretch_at(tau + eps) - self.stretch_at(tau - eps)) / (2.0 * eps * self.scale)
+        return self.x0 * [s, 1.0 / s, 1.0], self.x0 * [rate, -rate / s**2, 0.0]
 
 
 def write_run(
@@ -83,131 +109,117 @@ def write_run(
     jitter=True,
     spacing=0.002,
 ):
-    """Writes a run of `engine` ("mpm" or "dem") whose block is stretched in x by `stretch` over `duration` time scales,
-    its height shrinking in proportion.
+    """Writes a run of `engine` ("mpm" or "dem") whose block moves as Motion says.
 
-    The potential energy follows the points; the kinetic energy is a bump of height `peak` (of M g H) at `peak_time`
-    time scales; `dissipated` is the share of the remaining loss booked as physical, the rest is unaccounted.
-    Returns the path.
+    The potential energy follows the points; the kinetic energy is a bump of height `peak` (of M g
+    H) at `peak_time` time scales; `dissipated` is the share of the remaining loss booked as
+    physical, the rest is unaccounted. Returns the path.
     """
     rng = np.random.default_rng(seed)
     x0 = block(height, length, thickness, spacing, rng if jitter else None)
-    count = len(x0)
+    motion = Motion(x0, stretch, duration, np.sqrt(height / 9.81))
     solid = height * length * thickness / (1.0 + void_ratio)
-    mass = np.full(count, solid * DENSITY / count)
-    scale = np.sqrt(height / 9.81)
+    mass = np.full(len(x0), solid * DENSITY / len(x0))
     case = CASE.format(height=height, length=length, thickness=thickness, void_ratio=void_ratio)
-
-    def stretch_at(tau):
-        return 1.0 + (stretch - 1.0) * smooth_step(tau / (0.8 * duration))
-
-    def place(tau):
-        s, eps = stretch_at(tau), 1e-6
-        rate = (stretch_at(tau + eps) - stretch_at(tau - eps)) / (2.0 * eps * scale)
-        x = x0 * [s, 1.0 / s, 1.0]
-        v = x0 * [rate, -rate / s**2, 0.0]
-        return x, v
 
     path = Path(path)
     with h5py.File(path, "w") as f:
-        f.attrs.update(
-            {
-                "openPMD": "1.1.0",
-                "openPMDextension": np.uint32(0),
-                "basePath": "/data/%T/",
-                "particlesPath": "particles/",
-                "meshesPath": "meshes/",
-                "iterationEncoding": "groupBased",
-                "iterationFormat": "/data/%T/",
-                "software": "grainpair",
-                "softwareVersion": "0.1.0",
-                "date": "2026-01-01 00:00:00 +0000",
-                "machine": "formula",
-                "schema_version": 1,
-                "engine": engine,
-                "engine_version": "synthetic",
-                "commit": "none",
-                "seed": seed,
-                "case": case,
-                "case_resolved": case,
-                "command": "synthetic",
-                "threads": 1,
-                "cpu_seconds": 1.5 if engine == "mpm" else 30.0,
-                "wall_seconds": 2.0,
-                "time_scale": scale,
-                "end_reason": "rest",
-            }
-        )
+        f.attrs.update(_attributes(engine, case, seed, motion.scale))
         for i, tau in enumerate(np.linspace(0.0, duration, frames)):
-            x, v = place(tau)
             step = f.create_group(f"data/{i * 100}")
-            step.attrs.update({"time": tau * scale, "dt": 1e-5, "timeUnitSI": 1.0})
+            step.attrs.update({"time": tau * motion.scale, "dt": 1e-5, "timeUnitSI": 1.0})
             cloud = step.create_group("particles/cloud")
-            _vector(cloud, "position", x, "m")
-            _vector(cloud, "velocity", v, "m/s")
-            cloud["id"] = np.arange(1, count + 1)
-            cloud["mass"] = mass
-            cloud["solid_volume"] = mass / DENSITY
-            if engine == "mpm":
-                cloud["void_ratio"] = np.full(count, void_ratio)
-                cloud["granular_temperature"] = np.full(count, 1e-4)
-                depth = np.maximum(x[:, 1].max() - x[:, 1], 0.0)
-                stress = cloud.create_group("stress")
-                weight = DENSITY / (1.0 + void_ratio) * 9.81 * depth
-                for name, factor in {
-                    "xx": 0.5,
-                    "yy": 1.0,
-                    "zz": 0.5,
-                    "xy": 0.0,
-                    "yz": 0.0,
-                    "zx": 0.0,
-                }.items():
-                    stress[name] = factor * weight
-            else:
-                cloud["radius"] = np.full(count, DIAMETER / 2)
-                cloud["kind"] = np.ones(count, dtype=np.uint8)
-                _vector(cloud, "angular_velocity", np.zeros_like(x), "1/s")
+            x, v = motion.place(tau)
+            _write_cloud(cloud, engine, x, v, mass, void_ratio)
 
-        total, tau = mass.sum(), np.linspace(0.0, duration, 501)
-        y0 = (mass * x0[:, 1]).sum()
-        potential = 9.81 * y0 / stretch_at(tau)
-        kinetic = peak * total * 9.81 * height * np.exp(-(((tau - peak_time) / 0.5) ** 2))
+        tau = np.linspace(0.0, duration, 501)
+        potential = 9.81 * (mass * x0[:, 1]).sum() / motion.stretch_at(tau)
+        bump = np.exp(-(((tau - peak_time) / 0.5) ** 2))
+        kinetic = peak * mass.sum() * 9.81 * height * bump
         kinetic[0] = 0.0
+        held = {"time": tau * motion.scale, "kinetic": kinetic, "potential": potential}
         loss = potential[0] - potential - kinetic
-        history = {
-            "time": tau * scale,
-            "kinetic": kinetic,
-            "potential": potential,
-            "rotational": np.zeros_like(tau),
-            "elastic": np.zeros_like(tau),
-            "dissipated": dissipated * loss,
-            "unaccounted": (1.0 - dissipated) * loss,
-        }
-        if engine == "mpm":
-            history |= {
-                "fluctuation": np.zeros_like(tau),
-                "dissipated_plastic": 0.6 * dissipated * loss,
-                "dissipated_collisional": 0.4 * dissipated * loss,
-                "dissipated_wall": np.zeros_like(tau),
-                "loss_transfer": 0.7 * (1 - dissipated) * loss,
-                "loss_time_integration": 0.3 * (1 - dissipated) * loss,
-                "loss_mixing": np.zeros_like(tau),
-                "loss_detached": np.zeros_like(tau),
-                "loss_conduction": np.zeros_like(tau),
-            }
-        else:
-            history |= {
-                "dissipated_normal": 0.2 * dissipated * loss,
-                "dissipated_tangential": 0.8 * dissipated * loss,
-                "dissipated_wall": np.zeros_like(tau),
-                "dissipated_short": 0.55 * dissipated * loss,
-                "dissipated_enduring": 0.45 * dissipated * loss,
-            }
-        for name, values in history.items():
+        for name, values in (held | _accounts(engine, loss, dissipated)).items():
             data = f.create_dataset(f"energy/{name}", data=values)
             data.attrs["unit"] = "s" if name == "time" else "J"
             data.attrs["doc"] = name
     return path
+
+
+def _attributes(engine, case, seed, scale) -> dict:
+    return {
+        "openPMD": "1.1.0",
+        "openPMDextension": np.uint32(0),
+        "basePath": "/data/%T/",
+        "particlesPath": "particles/",
+        "meshesPath": "meshes/",
+        "iterationEncoding": "groupBased",
+        "iterationFormat": "/data/%T/",
+        "software": "grainpair",
+        "softwareVersion": "0.1.0",
+        "date": "2026-01-01 00:00:00 +0000",
+        "machine": "formula",
+        "schema_version": 1,
+        "engine": engine,
+        "engine_version": "synthetic",
+        "commit": "none",
+        "seed": seed,
+        "case": case,
+        "case_resolved": case,
+        "command": "synthetic",
+        "threads": 1,
+        "cpu_seconds": 1.5 if engine == "mpm" else 30.0,
+        "wall_seconds": 2.0,
+        "time_scale": scale,
+        "end_reason": "rest",
+    }
+
+
+def _write_cloud(cloud, engine, x, v, mass, void_ratio):
+    _vector(cloud, "position", x, "m")
+    _vector(cloud, "velocity", v, "m/s")
+    count = len(mass)
+    cloud["id"] = np.arange(1, count + 1)
+    cloud["mass"] = mass
+    cloud["solid_volume"] = mass / DENSITY
+    if engine == "dem":
+        cloud["radius"] = np.full(count, DIAMETER / 2)
+        cloud["kind"] = np.ones(count, dtype=np.uint8)
+        _vector(cloud, "angular_velocity", np.zeros_like(x), "1/s")
+        return
+    cloud["void_ratio"] = np.full(count, void_ratio)
+    cloud["granular_temperature"] = np.full(count, 1e-4)
+    depth = np.maximum(x[:, 1].max() - x[:, 1], 0.0)
+    weight = DENSITY / (1.0 + void_ratio) * 9.81 * depth
+    stress = cloud.create_group("stress")
+    factors = {"xx": 0.5, "yy": 1.0, "zz": 0.5, "xy": 0.0, "yz": 0.0, "zx": 0.0}
+    for name, factor in factors.items():
+        stress[name] = factor * weight
+
+
+def _accounts(engine, loss, dissipated) -> dict:
+    """What has become of the energy lost: the share `dissipated` of it, and the rest."""
+    gone, rest, none = dissipated * loss, (1 - dissipated) * loss, np.zeros_like(loss)
+    both = {"rotational": none, "elastic": none, "dissipated": gone, "unaccounted": rest}
+    if engine == "mpm":
+        return both | {
+            "fluctuation": none,
+            "dissipated_plastic": 0.6 * gone,
+            "dissipated_collisional": 0.4 * gone,
+            "dissipated_wall": none,
+            "loss_transfer": 0.7 * rest,
+            "loss_time_integration": 0.3 * rest,
+            "loss_mixing": none,
+            "loss_detached": none,
+            "loss_conduction": none,
+        }
+    return both | {
+        "dissipated_normal": 0.2 * gone,
+        "dissipated_tangential": 0.8 * gone,
+        "dissipated_wall": none,
+        "dissipated_short": 0.55 * gone,
+        "dissipated_enduring": 0.45 * gone,
+    }
 
 
 def write_pair(folder, mpm=None, dem=None):

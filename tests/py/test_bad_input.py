@@ -89,7 +89,7 @@ def test_broken_file_of_another_kind_gives_one_line_and_code_2(tmp_path, what):
     assert result.stderr.startswith(words) and result.stderr.count("\n") == 1
 
 
-PROGRAMS = {
+PROGRAMS: dict[str, list] = {
     "launcher": [sys.executable, "-m", "compare", "run", "case.toml"],
     "validator": [program("mpm_case"), "case.toml"],
     "continuum": [program("mpm_run"), "case.toml", "-o", "mpm.h5"],

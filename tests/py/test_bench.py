@@ -45,7 +45,9 @@ def test_two_threads_are_held_against_one():
 
 
 def test_a_step_costs_more_than_the_bare_kernels():
-    """The bare kernels are a limit: a step that beat them would mean that they, or the step, leave something out."""
+    """The bare kernels are a limit: a step that beat them would mean that they, or the step, leave
+    something out.
+    """
     entries = bench.timed(
         "step_benchmark",
         [

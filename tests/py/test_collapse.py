@@ -1,4 +1,6 @@
-"""What is said of a collapse: every statement can hold and can fail, and the page tells what was measured."""
+"""What is said of a collapse: every statement can hold and can fail, and the page tells what was
+measured.
+"""
 
 import json
 import re
@@ -53,7 +55,8 @@ def test_zones_of_a_plane_that_slides_are_layers_of_the_thickness_asked_for():
     layer = mobilised.thickness(run)
     assert layer == pytest.approx(5 * 0.025)
     zone, y = mobilised.zones(run, 0, layer), run.clouds[0].x[:, 1]
-    # The nearest points of the other kind lie half a spacing beyond the plane: |y - 0.5| < layer - spacing / 2.
+    # The nearest points of the other kind lie half a spacing beyond the plane: |y - 0.5| < layer -
+    # spacing / 2.
     expected = np.where(
         abs(y - 0.5) < layer - 0.0125,
         mobilised.SURFACE,
@@ -236,7 +239,8 @@ def clouds(folder, name, *sets):
     return run, np.array([cloud.x[:, :2] for cloud in run.clouds]) / run.length
 
 
-# What a scheme keeps of its noise it also amplifies: affine FLIP, which keeps nearly all, is compared while rounding is still small.
+# What a scheme keeps of its noise it also amplifies: affine FLIP, which keeps nearly all, is
+# compared while rounding is still small.
 @pytest.fixture(
     scope="module", params=[("apic", 1.5), ("affine_flip", 0.3)], ids=lambda param: param[0]
 )
@@ -251,15 +255,18 @@ def plane(request, tmp_path_factory):
 
 
 def apart(plane, slab):
-    """Largest distance over L0, at any frame, between the points of a slab and the point of plane strain that each stands for."""
+    """Largest distance over L0, at any frame, between the points of a slab and the point of plane
+    strain that each stands for.
+    """
     count = plane.shape[1]
     return np.abs(slab.reshape(len(slab), count, -1, 2) - plane[:, :, None]).max()
 
 
 def test_a_slab_one_cell_thick_between_rollers_is_plane_strain(plane, tmp_path):
-    """Points in symmetric pairs across one cell move alike, and nothing moves across: plane strain is the slab's exact solution, and
-    with the same steps all that differs is rounding. Each of n steps adds about eps to strains of order one, so n eps L0; shear that
-    localises may let that grow, and a hundred times is allowed for. A step that differs moves points by far more.
+    """Points in symmetric pairs across one cell move alike, and nothing moves across: plane strain
+    is the slab's exact solution, and with the same steps all that differs is rounding. Each of n
+    steps adds about eps to strains of order one, so n eps L0; shear that localises may let that
+    grow, and a hundred times is allowed for. A step that differs moves points by far more.
     """
     sets, run, x = plane
     slab, z = clouds(

@@ -1,4 +1,6 @@
-"""Grains of other people's runs: plain text dumps read back, refused where they are broken, compared like any other."""
+"""Grains of other people's runs: plain text dumps read back, refused where they are broken,
+compared like any other.
+"""
 
 import h5py
 import numpy as np
@@ -49,7 +51,8 @@ def write_dump(
             if shuffle:
                 random.shuffle(rows)
             f.write(
-                f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows)}\nITEM: BOX BOUNDS mm mm pp\n"
+                f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows)}\nITEM: BOX BOUNDS mm "
+                "mm pp\n"
                 "-0.002 0.3\n-0.01 0.1\n0 0.008\n"
                 f"ITEM: ATOMS {columns} \n" + "\n".join(rows) + "\n"
             )

@@ -1,10 +1,10 @@
-"""The comparison of a synthetic pair, whose every number is known, from HDF5 files to the report."""
+"""The comparison of a synthetic pair, whose every number is known, from HDF5 files to the report.
+"""
 
 import json
 import re
 
 import h5py
-import numpy as np
 import pandas as pd
 import pytest
 from synthetic import write_pair, write_run
@@ -18,7 +18,9 @@ from cases.errors import CaseError, EngineError
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A pair whose grains spread 1.05 times as far, weigh 1.7/1.72 as much and dissipate the same share."""
+    """A pair whose grains spread 1.05 times as far, weigh 1.7/1.72 as much and dissipate the same
+    share.
+    """
     folder = write_pair(
         tmp_path_factory.mktemp("pair"),
         mpm={"frames": 11},
@@ -105,13 +107,15 @@ def test_mapped_fields_conserve_in_every_frame(folder):
 
 
 def test_run_out_is_the_stretch(metrics):
-    # x_99.5 of a uniform block of length s L0 is 0.995 s L0; the lattice resolves it to one spacing, stretched.
+    # x_99.5 of a uniform block of length s L0 is 0.995 s L0; the lattice resolves it to one
+    # spacing, stretched.
     assert metrics["run_out"]["mpm"] == pytest.approx(0.995 * 2.0 - 1.0, abs=2.0 * 0.00125 / 0.04)
     assert metrics["run_out"]["dem"] == pytest.approx(0.995 * 2.1 - 1.0, abs=2.1 * 0.002 / 0.04)
 
 
 def test_final_height_is_the_stretch(metrics):
-    # The block's height is H/s; its sharp edge, smoothed, is found to a fraction of a cell of d = 0.05 H.
+    # The block's height is H/s; its sharp edge, smoothed, is found to a fraction of a cell of d =
+    # 0.05 H.
     assert metrics["final_height"]["mpm"] == pytest.approx(1.0 / 2.0, abs=0.02)
     assert metrics["final_height"]["dem"] == pytest.approx(1.0 / 2.1, abs=0.03)
 

@@ -41,7 +41,8 @@ def test_half_width_is_the_one_sample_t_interval_for_a_deterministic_continuum()
 
 
 def test_false_agreement_is_as_rare_as_claimed():
-    # At a true difference equal to the margin, "agree" is the error TOST bounds by 5 %; 4000 trials scatter by 0.35 %.
+    # At a true difference equal to the margin, "agree" is the error TOST bounds by 5 %; 4000 trials
+    # scatter by 0.35 %.
     random = np.random.default_rng(1)
     words = [
         verdict.equivalence([1.0], random.normal(1.05, 0.02, 8), 0.05).word for _ in range(4000)

@@ -116,13 +116,13 @@ def test_a_coulomb_base_dissipates_and_obeys_its_friction(walled):
     with h5py.File(walled) as file:
         assert not (file["data/0/particles/cloud/kind"][()] == 3).any()
         assert file["energy/dissipated_wall"][-1] > 0.02 * file["energy/dissipated"][-1]
-        ratios = []
+        found = []
         for step in list(file["data"])[1:]:
             contacts = file[f"data/{step}/contacts"]
             floor = contacts["second"][()] == -3
             f = {axis: contacts[f"force/{axis}"][()][floor] for axis in "xyz"}
-            ratios.append(np.hypot(f["x"], f["z"]) / np.abs(f["y"]))
-        ratios = np.concatenate(ratios)
+            found.append(np.hypot(f["x"], f["z"]) / np.abs(f["y"]))
+        ratios = np.concatenate(found)
     # damping acts on top of a sticking spring, which may carry a contact a little beyond the cone;
     # sliding ones lie on it
     on_cone = np.abs(ratios - 0.4) < 1e-5

@@ -1,14 +1,17 @@
 """Calibration finds the constants that made the data, and a wrong card does not pass for them."""
+
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
 from compare.element import calibration
 from compare.element.calibration import NAMES
-from compare.element.model import Card, Model
 from cases.programs import ROOT
+from compare.element.model import Card, Model
 
-TRUTH = {
+TRUTH: dict[str, Any] = {
     "critical_void_ratio": 0.720,
     "critical_state_slope": 0.30,
     "critical_state_form": "two_thirds",

@@ -16,7 +16,7 @@ from compare.element import cross_check, records
 from compare.element.blocks import every
 from compare.element.case import Case
 from compare.element.deviations import table, verdicts
-from compare.element.model import Card, Model
+from compare.element.model import Card, Law, Model
 from compare.element.tests import compared_tests, shear
 
 
@@ -28,7 +28,9 @@ def reference(test):
 @pytest.mark.parametrize("test", compared_tests(), ids=lambda test: test.name)
 def test_every_test_is_drawn_and_judged(test, tmp_path):
     case, rows = reference(test.name)
-    models = {name: Model(Card.read(name), case.grains) for name in ("seed_table1", "dem_mu05")}
+    models: dict[str, Law] = {
+        name: Model(Card.read(name), case.grains) for name in ("seed_table1", "dem_mu05")
+    }
     files = test.draw(rows, models, tmp_path / test.name)
     assert sorted(file.suffix for file in files) == [".png", ".svg"]
     assert all(file.stat().st_size > 10_000 for file in files)

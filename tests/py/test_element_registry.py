@@ -2,6 +2,7 @@
 
 import tomllib
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -53,8 +54,9 @@ def test_a_new_file_is_found_and_its_points_run(dummy):
 
 
 def test_a_case_of_no_test_is_refused_in_one_line():
+    case: Any = DummyCase()
     with pytest.raises(CaseError, match="'dummy' .* use one of shear, cooling"):
-        tests.test_of(DummyCase())
+        tests.test_of(case)
 
 
 def test_every_test_of_the_schema_has_its_file():

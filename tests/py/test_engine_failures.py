@@ -48,7 +48,7 @@ def failed_cleanly(run: subprocess.Popen, folder: Path) -> str:
 
 def engines_of(pid: int) -> list[int]:
     """Descendants of a process that have LIGGGHTS loaded."""
-    children = {}
+    children: dict[int, list[int]] = {}
     for status in Path("/proc").glob("[0-9]*/stat"):
         try:
             parent = int(status.read_text().rsplit(")", 1)[1].split()[1])

@@ -1,4 +1,6 @@
-"""The launcher's side of the progress protocol. The programs here are one-line shell scripts that speak it."""
+"""The launcher's side of the progress protocol. The programs here are one-line shell scripts that
+speak it.
+"""
 
 import time
 

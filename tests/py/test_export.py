@@ -23,8 +23,8 @@ def test_every_frame_and_its_time_is_listed(run, tmp_path):
     listed = ElementTree.parse(vtk.export(run, tmp_path)).getroot().findall("Collection/DataSet")
     with h5py.File(run) as file:
         times = sorted(frame.attrs["time"] for frame in file["data"].values())
-    assert [float(entry.get("timestep")) for entry in listed] == times
-    assert all((tmp_path / entry.get("file")).exists() for entry in listed)
+    assert [float(entry.attrib["timestep"]) for entry in listed] == times
+    assert all((tmp_path / entry.attrib["file"]).exists() for entry in listed)
 
 
 def test_points_and_records_come_back_unchanged(run, tmp_path):

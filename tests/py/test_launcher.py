@@ -5,15 +5,21 @@ import re
 import resource
 import shutil
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from compare.commands.run import find_case, verdict
 from cases.programs import ROOT, name_of
+from compare import version
+from compare.commands import test as test_command
+from compare.commands.run import find_case, verdict
+from compare.targets import COMMANDS, targets
 
 LAUNCHER = ROOT / "grainpair"
+LAWS = sorted(file.stem for file in (ROOT / "mpm" / "materials").glob("*.cpp"))
 
 
 def launch(*words, **options) -> subprocess.CompletedProcess:
@@ -61,14 +67,16 @@ def test_set_up_costs_little_when_nothing_is_to_be_done():
 
 
 def test_missing_packages_are_named_with_the_command_that_installs_them():
-    # Outside pytest's folders, which only their owner can enter: nobody must be able to run the copy.
+    # Outside pytest's folders, which only their owner can enter: nobody must be able to run the
+    # copy.
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o755)
         copy = Path(shutil.copy(LAUNCHER, folder))
+        shutil.copytree(ROOT / "compare", Path(folder) / "compare", copy_function=shutil.copyfile)
         (Path(folder) / "packages.txt").write_text(
             "# needed\nbash\nno-such-package  # for a reason\nnor-such\n"
         )
-        user = {"user": "nobody"} if os.getuid() == 0 else {}
+        user: dict[str, Any] = {"user": "nobody"} if os.getuid() == 0 else {}
         result = subprocess.run([copy, "run"], capture_output=True, text=True, timeout=60, **user)
     assert result.returncode == 3
     assert result.stderr == (
@@ -120,3 +128,131 @@ def test_doctor_sets_nothing_up_and_says_what_is_there():
     result = launch("doctor")
     assert "engine liggghts" in result.stdout and "package cmake" in result.stdout
     assert result.returncode == (3 if "MISSING" in result.stdout else 0)
+
+
+@pytest.fixture
+def empty_clone(tmp_path):
+    """The launcher and all it reads, in a folder where nothing is built; and a build folder whose
+    making would be seen, with tools that would build or install replaced by ones that cry.
+    """
+    clone = tmp_path / "clone"
+    for folder in ("cases", "compare", "dem_reference", "mpm"):
+        (clone / folder).parent.mkdir(exist_ok=True)
+        (clone / folder).symlink_to(ROOT / folder)
+    for file in ("grainpair", "CMakeLists.txt"):
+        shutil.copy(ROOT / file, clone / file)
+    (clone / "packages.txt").write_text("no-such-package\n")
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    for name in ("cmake", "ninja", "apt-get"):
+        (tools / name).write_text(f"#!/bin/sh\necho {name} was called >&2\nexit 9\n")
+        (tools / name).chmod(0o755)
+    environment = os.environ | {"PATH": f"{tools}:{os.environ['PATH']}"}
+    environment.pop("GRAINPAIR_BUILD", None)
+
+    def call(*words):
+        return subprocess.run(
+            [clone / "grainpair", *words],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            env=environment,
+            check=False,
+        )
+
+    yield call
+    assert not (clone / "build").exists()
+
+
+@pytest.mark.parametrize(
+    "words, code, said",
+    [
+        (["--help"], 0, "usage: grainpair"),
+        (["-h"], 0, "usage: grainpair"),
+        (["--version"], 0, "grainpair 0"),
+        ([], 2, "usage: grainpair"),
+        (["run", "--help"], 0, "--seeds"),
+        (["bench", "-h"], 0, "--quick"),
+    ],
+)
+def test_asking_builds_and_installs_nothing(empty_clone, words, code, said):
+    result = empty_clone(*words)
+    assert (result.returncode, result.stderr) == (code, "")
+    assert said in result.stdout
+
+
+def test_a_word_that_is_no_command_builds_nothing(empty_clone):
+    result = empty_clone("rum")
+    assert result.returncode == 2 and "invalid choice" in result.stderr
+    assert "was called" not in result.stderr
+
+
+def test_version_names_all_that_a_result_depends_on(empty_clone):
+    lines = empty_clone("--version").stdout.splitlines()
+    assert re.fullmatch(r"grainpair \d+\.\d+\.\d+, commit \S+", lines[0])
+    rows = dict(line.strip().split(maxsplit=1) for line in lines[1:])
+    assert set(rows) == {"programs", "compiler", *version.LIBRARIES}
+    assert rows["programs"] == "not built"
+
+
+def test_help_lacks_only_the_options_where_a_package_is_missing():
+    hide = (
+        "import sys; sys.modules['tqdm'] = None; from compare.__main__ import main; "
+        "main(['run', '--help'])"
+    )
+    shown = subprocess.run(
+        [sys.executable, "-c", hide], capture_output=True, text=True, check=True, cwd=ROOT
+    ).stdout
+    assert "Run a case with both engines" in shown and "once tqdm is installed" in shown
+
+
+def test_the_version_is_the_same_wherever_it_stands():
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    logged = re.search(r"^## \[(\d\S*)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert cited and logged
+    assert cited[1] == logged[1] == version.number()
+
+
+def test_every_command_names_targets_that_the_build_has():
+    made = "\n".join(file.read_text() for file in ROOT.rglob("CMakeLists.txt"))
+    for command in (file.stem for file in COMMANDS.glob("[a-z]*.py")):
+        for target in set(targets([command])) - {"all"}:
+            assert re.search(rf"(add_executable|add_custom_target)\({target}\b", made), command
+    assert targets(["bench"]) == ["benchmarks"]
+    assert targets(["run"]) == ["programs"]
+    assert targets(["test"]) == ["all"] == targets(["test", "--only", "solver"])
+    assert not targets(["bench", "--help"]) and not targets(["rum"]) and not targets([])
+
+
+def test_the_benchmarks_are_built_by_their_own_target_only():
+    made = (ROOT / "CMakeLists.txt").read_text()
+    depends = re.search(r"add_custom_target\(benchmarks DEPENDS ([^)]*)\)", made)
+    assert depends
+    called = re.findall(r'timed\(\s*"([\w/]+)"', (COMMANDS / "bench.py").read_text())
+    assert {Path(name).name for name in called} == set(depends[1].split())
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_only_a_law_is_the_battery_and_the_tests_that_name_it(law):
+    chosen = test_command.tests_of(law)
+    assert f"*/{law}" in chosen["material_test"]
+    assert list(chosen) == targets(["test", "--only", law]) == targets(["test", f"--only={law}"])
+    own = ROOT / "tests" / "cpp" / f"{law}_test.cpp"
+    assert (chosen.get(own.stem) == "*") == own.exists()
+    assert "coarse_grain_test" not in chosen
+
+
+def test_a_build_folder_of_another_clone_is_used_as_it_is(empty_clone, tmp_path, monkeypatch):
+    build = tmp_path / "other"
+    build.mkdir()
+    (build / "CMakeCache.txt").write_text("CMAKE_HOME_DIRECTORY:INTERNAL=/elsewhere\n")
+    result = subprocess.run(
+        [LAUNCHER, "describe", "walls.gate_speed"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env=os.environ | {"GRAINPAIR_BUILD": str(build)},
+        check=False,
+    )
+    assert result.returncode != 0 and not list(build.glob("*.ninja"))
+    assert not (build / "lock").exists()

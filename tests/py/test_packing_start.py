@@ -1,4 +1,6 @@
-"""initial.state = packing: the continuum starts from the settled grains' mass, void ratio and stress."""
+"""initial.state = packing: the continuum starts from the settled grains' mass, void ratio and
+stress.
+"""
 
 import subprocess
 
@@ -14,7 +16,9 @@ DENSITY = 2532.0  # of the case
 
 @pytest.fixture
 def packing(tmp_path):
-    """A made-up packing on the cells of column_ci: void ratio and stress that differ from cell to cell."""
+    """A made-up packing on the cells of column_ci: void ratio and stress that differ from cell to
+    cell.
+    """
     rng = np.random.default_rng(5)
     faces = np.linspace(0.0, SIDE, CELLS + 1)
     void_ratio = rng.uniform(0.65, 0.8, (CELLS, CELLS))

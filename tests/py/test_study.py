@@ -13,14 +13,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cases import case
-from compare.verdict import equivalence as verdict
+from cases import case, programs
 from cases.errors import Warned
-from compare.metrics import all_metrics
-from cases import programs
 from cases.programs import ROOT
 from compare.mapping.reductions import example_run
 from compare.mapping.runs import Cloud, Run
+from compare.metrics import all_metrics
 from compare.study import (
     atlas,
     boundary,
@@ -35,6 +33,7 @@ from compare.study import (
     signature,
     sweep,
 )
+from compare.verdict import equivalence as verdict
 
 CI = ROOT / "cases" / "column_ci"
 
@@ -223,7 +222,7 @@ def test_bad_input_is_one_line(words, said):
 def test_a_slip_in_a_study_is_one_line_with_its_place(tmp_path, command, change, said):
     text = (CI / "study.toml").read_text()
     assert change[0] in text
-    (tmp_path / "study.toml").write_text(text.replace(*change, 1))
+    (tmp_path / "study.toml").write_text(text.replace(change[0], change[1], 1))
     (tmp_path / "case.toml").write_text(f'extends = "{CI / "case.toml"}"\n')
     result = launch(command, tmp_path)
     assert result.returncode == 2 and result.stderr.count("\n") == 1

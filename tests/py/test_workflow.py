@@ -42,12 +42,15 @@ def make(tmp_path):
     folder.mkdir()
     (folder / "job.py").write_text(JOB)
 
-    def run(*jobs, failing=()):
-        config = {"jobs": jobs, "failing": failing}
-        workflow.run(snakefile, folder, config, workflow.Where(cores=2), alone=True)
+    class Make:
+        def __init__(self):
+            self.folder = folder
 
-    run.folder = folder
-    return run
+        def __call__(self, *jobs, failing=()):
+            config = {"jobs": jobs, "failing": failing}
+            workflow.run(snakefile, folder, config, workflow.Where(cores=2), alone=True)
+
+    return Make()
 
 
 def test_a_job_that_fails_is_told_in_one_line_and_taken_up_again(make):

@@ -1,7 +1,8 @@
-"""Charts: one file each, a function of what a page is about that draws into a figure and returns the sentence under it.
+"""Charts: one file each, a function of what a page is about that draws into a figure and returns
+the sentence under it.
 
-Those of this folder are about a Comparison, those of `collapse/` about one run of the continuum. Each is drawn twice, for
-wide and for narrow pages: `panels` lays axes out in a row or in a column.
+Those of this folder are about a Comparison, those of `collapse/` about one run of the continuum.
+Each is drawn twice, for wide and for narrow pages: `panels` lays axes out in a row or in a column.
 """
 
 import importlib
@@ -26,7 +27,9 @@ REGISTRY: dict[str, dict[str, Chart]] = {}  # by folder, as a package, and name
 
 
 def chart(title: str, order: int):
-    """Registers `draw(subject, narrow) -> (figure, sentence)`, or None when the runs hold nothing to draw."""
+    """Registers `draw(subject, narrow) -> (figure, sentence)`, or None when the runs hold nothing
+    to draw.
+    """
 
     def register(function):
         folder = function.__module__.rpartition(".")[0]

@@ -33,6 +33,7 @@ def energies(comparison, narrow):
         else ""
     )
     return figure, (
-        "Kinetic energy, potential energy above its end value, and physically dissipated energy, all over the "
+        "Kinetic energy, potential energy above its end value, and physically dissipated energy, "
+        "all over the "
         "energy E0 that the grains release." + scatter
     )

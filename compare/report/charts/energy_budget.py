@@ -18,7 +18,9 @@ def colours(accounts) -> list:
 
 
 def stack(ax, run, accounts, columns: int) -> tuple[float, float]:
-    """Stacks the accounts, those above zero upwards and those below it downwards; returns how low and how high they reach."""
+    """Stacks the accounts, those above zero upwards and those below it downwards; returns how low
+    and how high they reach.
+    """
     positive = [np.maximum(a.values, 0.0) for a in accounts]
     negative = [np.minimum(a.values, 0.0) for a in accounts]
     tau = run.energy_tau()
@@ -57,7 +59,7 @@ def energy_budget(comparison, narrow):
     for ax in axes:
         ax.set_ylim(1.03 * min(bottom, 0.0), 1.03 * top)
     return figure, (
-        "What the released energy has become: held (blue), dissipated (orange), lost numerically or "
-        "unexplained (grey). Totals and times compare; the accounts of dissipation are named by each engine "
-        "in its own terms and do not correspond one to one."
+        "What the released energy has become: held (blue), dissipated (orange), lost numerically "
+        "or unexplained (grey). Totals and times compare; the accounts of dissipation are named by "
+        "each engine in its own terms and do not correspond one to one."
     )

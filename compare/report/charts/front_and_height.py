@@ -24,5 +24,6 @@ def front_and_height(comparison, narrow):
     axes[1].set_ylim(bottom=0.0)
     axes[0].legend()
     return figure, (
-        "Front, behind which 99.5 % of the mass lies, and highest point of the free surface, against time."
+        "Front, behind which 99.5 % of the mass lies, and highest point of the free surface, "
+        "against time."
     )

@@ -1,11 +1,13 @@
-import numpy as np
+from typing import Any
 
 from cases.style import COLOUR, LABEL
 from compare.report.charts import chart, panels
 
 
 def profile(run, values):
-    """Mean over the column's width, less 3 d on either side, of a mapped field (ny, nx) at the release."""
+    """Mean over the column's width, less 3 d on either side, of a mapped field (ny, nx) at the
+    release.
+    """
     x = run.fields.grid.x
     inside = (x > 3 * run.diameter) & (x < run.length - 3 * run.diameter)
     return values[:, inside].mean(axis=1)
@@ -22,7 +24,7 @@ def initial_state(comparison, narrow):
     weight = case["grains.density"] * case["geometry.gravity"] * case["geometry.height"]
     for runs in (comparison.mpm, comparison.dem):
         for i, run in enumerate(runs):
-            style = {
+            style: dict[str, Any] = {
                 "color": COLOUR[run.engine],
                 "alpha": 1.0 if i == 0 else 0.3,
                 "label": LABEL[run.engine] if i == 0 else None,
@@ -47,10 +49,16 @@ def initial_state(comparison, narrow):
     )
     axes[0].legend()
     start = {
-        "nominal": "The continuum starts from the nominal void ratio and lateral stress ratio of the case.",
-        "packing": "The continuum starts from the packing: mass, void ratio and stress of the settled grains.",
+        "nominal": (
+            "The continuum starts from the nominal void ratio and lateral stress ratio of the case."
+        ),
+        "packing": (
+            "The continuum starts from the packing: mass, void ratio and stress of the settled "
+            "grains."
+        ),
     }
     return figure, (
-        f"{start[case['initial.state']]} Means over the column's width, less 3 d on either side, of the mapped fields at "
-        "the release; within a kernel's width of floor and surface either reads low or high."
+        f"{start[case['initial.state']]} Means over the column's width, less 3 d on either side, "
+        "of the mapped fields at the release; within a kernel's width of floor and surface either "
+        "reads low or high."
     )

@@ -23,7 +23,7 @@ def map_granular_temperature(comparison, narrow):
         "magma",
     )
     return figure, (
-        "Granular temperature: the grains' is measured, the mean square velocity about the local affine flow, "
-        "corrected for the few grains under the kernel; the continuum's is its state variable. Values below "
-        "the scale are drawn in its darkest colour."
+        "Granular temperature: the grains' is measured, the mean square velocity about the local "
+        "affine flow, corrected for the few grains under the kernel; the continuum's is its state "
+        "variable. Values below the scale are drawn in its darkest colour."
     )

@@ -16,7 +16,7 @@ def map_void_ratio(comparison, narrow):
         "viridis",
     )
     return figure, (
-        "Void ratio from the mapped solid fraction, the same kernel on both sides. At the free surface the "
-        "kernel reaches into the air and the void ratio reads too high on either side; in the lowest row "
-        "it reads low for grains that lie between those glued to the floor."
+        "Void ratio from the mapped solid fraction, the same kernel on both sides. At the free "
+        "surface the kernel reaches into the air and the void ratio reads too high on either side; "
+        "in the lowest row it reads low for grains that lie between those glued to the floor."
     )

@@ -1,4 +1,6 @@
-"""What the three maps share: one quantity, three instants, continuum and grains side by side on one colour scale."""
+"""What the three maps share: one quantity, three instants, continuum and grains side by side on one
+colour scale.
+"""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -9,7 +11,9 @@ from compare.mapping.reductions import bulk_solid_fraction, common_frames, surfa
 
 
 def instants(comparison) -> list[tuple[int, int]]:
-    """Frames nearest to the grains' kinetic-energy peak and to 1.8 times its time, and the last frame of each."""
+    """Frames nearest to the grains' kinetic-energy peak and to 1.8 times its time, and the last
+    frame of each.
+    """
     mpm, dem = comparison.first
     frames = common_frames(mpm, dem)
     peak = dem.energy_tau()[np.argmax(dem.joules("kinetic"))]

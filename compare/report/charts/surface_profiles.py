@@ -41,6 +41,7 @@ def surface_profiles(comparison, narrow):
         fontsize=8 if narrow else 9,
     )
     return figure, (
-        "Free surface of the continuum (solid) and of the grains (dashed) at the same instants and at the end "
-        "of each: where the mapped solid fraction, followed up from the floor, falls below half of the bulk's."
+        "Free surface of the continuum (solid) and of the grains (dashed) at the same instants and "
+        "at the end of each: where the mapped solid fraction, followed up from the floor, falls "
+        "below half of the bulk's."
     )

@@ -34,7 +34,7 @@ def width_study(comparison, narrow):
         ax.axvline(comparison.mpm[0].case["compare.width"], color=INK, linewidth=0.8)
         ax.set(xlabel="kernel width w/d", xlim=(0.0, np.max(study.widths)))
     return figure, (
-        f"Fields of the grains at t = {study.tau:.1f} √(H/g), averaged over one and the same core of the flow, "
-        "against the kernel's width; the line marks the width used. A width is well chosen where the curves "
-        "are flat."
+        f"Fields of the grains at t = {study.tau:.1f} √(H/g), averaged over one and the same core "
+        "of the flow, against the kernel's width; the line marks the width used. A width is well "
+        "chosen where the curves are flat."
     )

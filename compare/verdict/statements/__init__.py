@@ -1,8 +1,10 @@
-"""What [Ceccato2019, section 4] says of its column, each sentence as a measurement with a bound: one file each.
+"""What [Ceccato2019, section 4] says of its column, each sentence as a measurement with a bound:
+one file each.
 
-A statement is a function of a run of the continuum. Beside it in its file stand `holding()` and `failing()`, runs made of
-formulas of which it must say so. Bounds are the paper's own where it gives one; where it says "mainly" the bound is half, and
-each docstring says what stands for words like "negligible".
+A statement is a function of a run of the continuum. Beside it in its file stand `holding()` and
+`failing()`, runs made of formulas of which it must say so. Bounds are the paper's own where it
+gives one; where it says "mainly" the bound is half, and each docstring says what stands for words
+like "negligible".
 """
 
 import importlib
@@ -17,8 +19,9 @@ from compare.mapping.runs import Run
 
 @dataclass(frozen=True)
 class Finding:
-    """figure [the statement's unit]; `until` [sqrt(H/g)] is the instant up to which the run decides it; `words` say what else was
-    measured on the way."""
+    """figure [the statement's unit]; `until` [sqrt(H/g)] is the instant up to which the run decides
+    it; `words` say what else was measured on the way.
+    """
 
     figure: float
     holds: bool
@@ -75,8 +78,9 @@ def all_statements() -> list[Statement]:
 
 
 def loss(run: Run, until: float) -> float:
-    """What the numerics have eaten by the instant `until` [sqrt(H/g)], over the energy released in the whole run: the figure that a
-    finding must not be mistaken for."""
+    """What the numerics have eaten by the instant `until` [sqrt(H/g)], over the energy released in
+    the whole run: the figure that a finding must not be mistaken for.
+    """
     return float(np.interp(until, run.energy_tau(), run.joules("unaccounted"))) / run.released()
 
 

@@ -12,8 +12,9 @@ from compare.verdict.statements import Finding, loss, statement
     order=3,
 )
 def collisions_dissipate_more(run):
-    """Energy dissipated by collisions over that by plastic flow, both until the end. It holds only if collisions exceed plastic flow
-    together with the size of all numerical losses: then no joule that the numerics ate could turn it round.
+    """Energy dissipated by collisions over that by plastic flow, both until the end. It holds only
+    if collisions exceed plastic flow together with the size of all numerical losses: then no joule
+    that the numerics ate could turn it round.
     """
     collisional, plastic = (
         run.joules(f"dissipated_{kind}")[-1] / run.released() for kind in ("collisional", "plastic")

@@ -11,8 +11,9 @@ from compare.verdict.statements.plastic_at_the_sliding_surface import sliding
     order=9,
 )
 def collisions_inside_the_mass(run):
-    """Share of the collisional dissipation in mobilised mass away from the sliding surface and the base, zones as for the plastic
-    dissipation. That it lies in mobilised mass at all says less; the share in all that moves stands beside it.
+    """Share of the collisional dissipation in mobilised mass away from the sliding surface and the
+    base, zones as for the plastic dissipation. That it lies in mobilised mass at all says less; the
+    share in all that moves stands beside it.
     """
     layer = thickness(run)
     found = shares(run, "collisional_dissipation", layer)
@@ -22,8 +23,10 @@ def collisions_inside_the_mass(run):
     )
     moving = shares(run, "collisional_dissipation", 0.0).found[INSIDE]
     words = (
-        f"{moving:.3f} in all that moves, layers included; an even spread over it would put {1.0 - found.even:.2f} inside; sliding surface and "
-        f"base {found.found[SURFACE]:.2f}, at rest {found.found[STATIC]:.2f}; {halved:.2f} and {doubled:.2f} inside layers half and twice as thick"
+        f"{moving:.3f} in all that moves, layers included; an even spread over it would put "
+        f"{1.0 - found.even:.2f} inside; sliding surface and base {found.found[SURFACE]:.2f}, at "
+        f"rest {found.found[STATIC]:.2f}; {halved:.2f} and {doubled:.2f} inside layers half and "
+        "twice as thick"
     )
     return Finding(found.found[INSIDE], bool(found.found[INSIDE] > 0.5), run.tau()[-1], words)
 

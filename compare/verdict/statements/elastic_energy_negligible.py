@@ -5,7 +5,9 @@ from compare.verdict.statements import Finding, statement
 
 
 def largest_share(run, account):
-    """Largest value of an account over the energy released, when it comes [sqrt(H/g)], and both as words beside the dissipations."""
+    """Largest value of an account over the energy released, when it comes [sqrt(H/g)], and both as
+    words beside the dissipations.
+    """
     values, tau = run.joules(account) / run.released(), run.energy_tau()
     k = int(np.argmax(values))
     gone = {
@@ -28,8 +30,9 @@ def largest_share(run, account):
     order=4,
 )
 def elastic_energy_negligible(run):
-    """Largest elastic energy stored at any time over the energy released. Negligible is what the comparison of two runs could not tell
-    apart: less than the case's margin on energy."""
+    """Largest elastic energy stored at any time over the energy released. Negligible is what the
+    comparison of two runs could not tell apart: less than the case's margin on energy.
+    """
     share, when, words = largest_share(run, "elastic")
     return Finding(share, share <= run.case["compare.margin_energy"], when, words)
 

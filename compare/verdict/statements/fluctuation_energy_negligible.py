@@ -10,7 +10,9 @@ from compare.verdict.statements.elastic_energy_negligible import largest_share, 
     order=5,
 )
 def fluctuation_energy_negligible(run):
-    """Largest kinetic energy of fluctuations at any time over the energy released; negligible as for the elastic energy."""
+    """Largest kinetic energy of fluctuations at any time over the energy released; negligible as
+    for the elastic energy.
+    """
     share, when, words = largest_share(run, "fluctuation")
     return Finding(share, share <= run.case["compare.margin_energy"], when, words)
 

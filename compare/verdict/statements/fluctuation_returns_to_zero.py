@@ -12,7 +12,9 @@ from compare.verdict.statements import Finding, statement
     order=7,
 )
 def fluctuation_returns_to_zero(run):
-    """The larger of its values at release and at the end, over its peak; a hundredth is the width of a curve in a figure."""
+    """The larger of its values at release and at the end, over its peak; a hundredth is the width
+    of a curve in a figure.
+    """
     values, tau = run.joules("fluctuation"), run.energy_tau()
     peak = values.max()
     ends = max(values[0], values[-1]) / peak if peak > 0.0 else np.inf

@@ -13,8 +13,9 @@ from compare.verdict.statements import Finding, statement
     order=1,
 )
 def kinetic_energy_peak(run):
-    """Time of the largest kinetic energy of the points (vertex of the parabola through the largest sample and its neighbours);
-    0.1 is what can be read off the paper's figure."""
+    """Time of the largest kinetic energy of the points (vertex of the parabola through the largest
+    sample and its neighbours); 0.1 is what can be read off the paper's figure.
+    """
     peak = kinetic_energy_peak_time(run)
     height = run.joules("kinetic").max() / run.released()
     return Finding(

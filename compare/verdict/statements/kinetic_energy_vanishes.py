@@ -11,7 +11,9 @@ from compare.verdict.statements.kinetic_energy_peak import peaked
     order=2,
 )
 def kinetic_energy_vanishes(run):
-    """Kinetic energy at the end over its peak, the end being later than the peak; a hundredth is the width of a curve in a figure."""
+    """Kinetic energy at the end over its peak, the end being later than the peak; a hundredth is
+    the width of a curve in a figure.
+    """
     kinetic = run.joules("kinetic")
     left, end = kinetic[-1] / kinetic.max(), run.energy_tau()[-1]
     words = f"the run ends at {end:.2f} √(H/g) by: {run.attributes.get('end_reason', 'unknown')}"

@@ -13,9 +13,11 @@ from compare.verdict.statements import Finding, statement
     order=8,
 )
 def plastic_at_the_sliding_surface(run):
-    """Share of the plastic dissipation in the layers where mobilised mass meets mass at rest or the floor (a point is mobilised when
-    faster than 0.01 √(gH); layers of five grain diameters, or two cells where that is more). More than an even spread: of every instant's
-    dissipation over the mass that moves or touches what moves."""
+    """Share of the plastic dissipation in the layers where mobilised mass meets mass at rest or the
+    floor (a point is mobilised when faster than 0.01 √(gH); layers of five grain diameters, or two
+    cells where that is more). More than an even spread: of every instant's dissipation over the
+    mass that moves or touches what moves.
+    """
     layer = thickness(run)
     found = shares(run, "plastic_dissipation", layer)
     halved, doubled = (
@@ -23,15 +25,17 @@ def plastic_at_the_sliding_surface(run):
     )
     share = found.found[SURFACE]
     words = (
-        f"{found.concentration:.2g} times an even spread, which would put {found.even:.2f} there; inside {found.found[INSIDE]:.2f}, at rest "
-        f"{found.found[STATIC]:.2f}; {halved:.2f} and {doubled:.2f} in layers half and twice as thick"
+        f"{found.concentration:.2g} times an even spread, which would put {found.even:.2f} there; "
+        f"inside {found.found[INSIDE]:.2f}, at rest {found.found[STATIC]:.2f}; {halved:.2f} and "
+        f"{doubled:.2f} in layers half and twice as thick"
     )
     return Finding(share, bool(share > 0.5 and found.concentration > 1.0), run.tau()[-1], words)
 
 
 def sliding(account, where):
-    """A block of 40 x 40 points on a grain lattice whose upper right half slides over the lower left; `account` is dissipated evenly
-    over the points of the zones `where`."""
+    """A block of 40 x 40 points on a grain lattice whose upper right half slides over the lower
+    left; `account` is dissipated evenly over the points of the zones `where`.
+    """
     centres = (np.arange(40) + 0.5) / 40
     x, y = (a.ravel() for a in np.meshgrid(centres, centres))
     cloud = np.stack([x, y, 0.0 * x], axis=-1)

@@ -12,8 +12,9 @@ from compare.verdict.statements import Finding, statement
     order=13,
 )
 def regimes_from_the_surface(run):
-    """Median depth of the tenth of the mass that becomes collisional first, over the median depth of all mass; a point's depth is its
-    distance from the column's top or free side at release, whichever is less. Points that start anywhere give 1.
+    """Median depth of the tenth of the mass that becomes collisional first, over the median depth
+    of all mass; a point's depth is its distance from the column's top or free side at release,
+    whichever is less. Points that start anywhere give 1.
     """
     entry, start = first_entries(run)[3], run.clouds[0]
     depth = np.minimum(run.height - start.x[:, 1], run.length - start.x[:, 0])
@@ -26,7 +27,8 @@ def regimes_from_the_surface(run):
     ratio = float(np.median(first) / np.median(depth))
     words = f"the first tenth is collisional by {cut:.2f} √(H/g)"
     words += (
-        f", at a median depth of {np.median(first) / run.height:.3f} H; those that follow lay {np.median(later) / run.height:.3f} H deep"
+        f", at a median depth of {np.median(first) / run.height:.3f} H; those that follow lay "
+        f"{np.median(later) / run.height:.3f} H deep"
         if len(later)
         else ""
     )

@@ -12,8 +12,10 @@ from compare.verdict.statements import Finding, statement
     order=12,
 )
 def regimes_in_order(run):
-    """Of the mass that is ever in regime 4, the share whose points were first in 1, then first in 2, then in 3, then in 4, at the
-    stored frames. A regime that a point passes through between two frames is not seen."""
+    """Of the mass that is ever in regime 4, the share whose points were first in 1, then first in
+    2, then in 3, then in 4, at the stored frames. A regime that a point passes through between two
+    frames is not seen.
+    """
     t, mass = first_entries(run), run.clouds[0].mass
     reached = np.isfinite(t[3])
     whole = mass[reached].sum()
@@ -28,8 +30,9 @@ def regimes_in_order(run):
         for k in range(4)
     )
     words = (
-        f"{100 * whole / mass.sum():.0f} % of all mass becomes collisional; {without:.2f} of it passes 1, 2, 4 in this order, whether or not through "
-        f"3; median first entry of those that enter [√(H/g)] {medians}"
+        f"{100 * whole / mass.sum():.0f} % of all mass becomes collisional; {without:.2f} of it "
+        "passes 1, 2, 4 in this order, whether or not through 3; median first entry of those that "
+        f"enter [√(H/g)] {medians}"
     )
     return Finding(
         float(mass[ordered].sum() / whole),
@@ -40,7 +43,9 @@ def regimes_in_order(run):
 
 
 def passing(path):
-    """Nine points that go through the regimes of `path`, one per frame, each a frame later than the one before."""
+    """Nine points that go through the regimes of `path`, one per frame, each a frame later than the
+    one before.
+    """
     regimes = np.array(
         [
             [path[min(max(frame - point, 0), len(path) - 1)] for point in range(9)]

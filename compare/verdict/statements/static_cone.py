@@ -7,15 +7,19 @@ SMALL = 0.05  # accumulated deviatoric strain
 
 
 @statement(
-    text="A failure surface bounds a static cone with small strains, bottom left, under a mobilised mass",
+    text=(
+        "A failure surface bounds a static cone with small strains, bottom left, under a "
+        "mobilised mass"
+    ),
     source="Figure 3",
     unit="of the mass",
     bound="0.05 to 0.95, below and left of the rest",
     order=10,
 )
 def static_cone(run):
-    """Share of the mass whose accumulated deviatoric strain stays below 0.05 to the end. There is a cone when that is neither nothing
-    nor everything, to a twentieth, and its centre in the column at release lay below and left of the rest's.
+    """Share of the mass whose accumulated deviatoric strain stays below 0.05 to the end. There is a
+    cone when that is neither nothing nor everything, to a twentieth, and its centre in the column
+    at release lay below and left of the rest's.
     """
     start, end = run.clouds[0], run.clouds[-1]
     small = end.state["deviatoric_strain"] < SMALL
@@ -27,8 +31,8 @@ def static_cone(run):
     )
     off = (centre - rest) / [run.length, run.height]
     words = (
-        f"its centre lay {-off[0]:.2f} L0 left of the rest's and {-off[1]:.2f} H below it; median strain elsewhere "
-        f"{np.median(end.state['deviatoric_strain'][~small]):.2f}"
+        f"its centre lay {-off[0]:.2f} L0 left of the rest's and {-off[1]:.2f} H below it; median "
+        f"strain elsewhere {np.median(end.state['deviatoric_strain'][~small]):.2f}"
     )
     return Finding(share, 0.05 <= share <= 0.95 and bool((off < 0.0).all()), run.tau()[-1], words)
 

@@ -10,11 +10,13 @@ from compare.verdict.statements.elastic_energy_negligible import storing
     order=6,
 )
 def stored_energies_below_dissipation(run):
-    """The larger of the maxima over time of elastic and fluctuation energy, over the smaller of the two dissipations at the end: the
-    sentence taken at its word. Very small is an order of magnitude."""
+    """The larger of the maxima over time of elastic and fluctuation energy, over the smaller of the
+    two dissipations at the end: the sentence taken at its word. Very small is an order of
+    magnitude.
+    """
     held = {name: run.joules(name).max() for name in ("elastic", "fluctuation")}
     gone = {name: run.joules(f"dissipated_{name}")[-1] for name in ("plastic", "collisional")}
-    largest, smallest = max(held, key=held.get), min(gone, key=gone.get)
+    largest, smallest = max(held, key=held.__getitem__), min(gone, key=gone.__getitem__)
     ratio = held[largest] / gone[smallest] if gone[smallest] > 0.0 else float("inf")
     return Finding(
         ratio, ratio <= 0.1, run.energy_tau()[-1], f"{largest} energy over {smallest} dissipation"

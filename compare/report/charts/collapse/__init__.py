@@ -1,4 +1,5 @@
-"""Figures 3 to 8 of [Ceccato2019], one file each, of one run of the continuum, and what follows them until rest.
+"""Figures 3 to 8 of [Ceccato2019], one file each, of one run of the continuum, and what follows
+them until rest.
 
 Here what the maps share: a quantity of the points at the same instants.
 """
@@ -27,11 +28,14 @@ def instants(run) -> list[int]:
 def when(run, frame: int) -> str:
     if frame < len(run.time) - 1:
         return f"t = {run.tau()[frame]:.1f} √(H/g)"
-    return f"{'at rest' if run.attributes.get('end_reason') == 'rest' else 'end'}, t = {run.tau()[frame]:.1f} √(H/g)"
+    end = "at rest" if run.attributes.get("end_reason") == "rest" else "end"
+    return f"{end}, t = {run.tau()[frame]:.1f} √(H/g)"
 
 
 def reach(run) -> tuple[float, float]:
-    """How far maps go in x and y [L0]: to the last of the deposit but for single points, and over the column."""
+    """How far maps go in x and y [L0]: to the last of the deposit but for single points, and over
+    the column.
+    """
     end = run.clouds[-1]
     return (
         max(1.1, 1.03 * mass_quantile(end.x[:, 0], end.mass, 0.998) / run.length),
@@ -59,8 +63,9 @@ def scatter(ax, run, frame: int, values, inches: float, **options):
 
 
 def draw_points(run, narrow, values, cmap, norm, frames=None):
-    """A panel per instant with the points coloured by values(frame) -> (N,); returns the figure, its axes and an artist to make a
-    colour bar of."""
+    """A panel per instant with the points coloured by values(frame) -> (N,); returns the figure,
+    its axes and an artist to make a colour bar of.
+    """
     frames = instants(run) if frames is None else frames
     far, top = reach(run)
     width, columns = (NARROW, 1) if narrow else (WIDE, 2)

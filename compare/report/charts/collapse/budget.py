@@ -13,7 +13,8 @@ def budget(run, narrow):
     ax.set_ylim(1.03 * bottom, 1.03 * top)
     numerical = sum(a.values[-1] for a in accounts if a.kind == "numerical")
     return figure, (
-        "What the released energy has become, account on account: held (blue), dissipated (orange), and the numerical losses as bands of "
-        f"their own (grey), {100 * np.round(numerical, 4) + 0.0:.1f} % at the end. Every share is over the potential energy released until "
-        "the end; an account below zero is drawn below the axis."
+        "What the released energy has become, account on account: held (blue), dissipated "
+        "(orange), and the numerical losses as bands of their own (grey), "
+        f"{100 * np.round(numerical, 4) + 0.0:.1f} % at the end. Every share is over the potential "
+        "energy released until the end; an account below zero is drawn below the axis."
     )

@@ -40,7 +40,9 @@ def deposit(run, narrow):
     still = "is at rest" if run.attributes.get("end_reason") == "rest" else "has not come to rest"
     width = 1000.0 * run.fields.values.file.attrs["width"]
     return figure, (
-        f"Beyond the paper, which stops before the deposit: at {run.tau()[-1]:.2f} √(H/g) the mass {still}. Run-out "
-        f"{run_out(run):.3f} L0 (99.5 % of the mass), height {final_height(run):.3f} L0: of the free surface, where the solid fraction falls below half the bulk's, mapped with a kernel as "
-        f"wide as a cell ({width:.1f} mm), so that points drawn apart leave no gaps."
+        f"Beyond the paper, which stops before the deposit: at {run.tau()[-1]:.2f} √(H/g) the mass "
+        f"{still}. Run-out {run_out(run):.3f} L0 (99.5 % of the mass), height "
+        f"{final_height(run):.3f} L0: of the free surface, where the solid fraction falls below "
+        f"half the bulk's, mapped with a kernel as wide as a cell ({width:.1f} mm), so that points "
+        "drawn apart leave no gaps."
     )

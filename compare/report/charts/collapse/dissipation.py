@@ -10,12 +10,12 @@ def draw_dissipation(run, narrow, kind: str):
     scale = run.case["geometry.gravity"] * run.height
     record = f"{kind}_dissipation"
     top = np.quantile(run.clouds[-1].state[record], 0.98) / scale
-    drawn = draw_points(
+    figure, axes, artist = draw_points(
         run,
         narrow,
         lambda frame: run.clouds[frame].state[record] / scale,
         "inferno",
         Normalize(0.0, max(top, 1e-12), clip=True),
     )
-    colour_bar(*drawn, f"specific {kind} dissipation $/gH$", extend="max")
-    return drawn[0]
+    colour_bar(figure, axes, artist, f"specific {kind} dissipation $/gH$", extend="max")
+    return figure

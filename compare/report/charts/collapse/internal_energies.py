@@ -21,7 +21,8 @@ def internal_energies(run, narrow):
     axes[0].set_title("all four")
     axes[1].set_title("the stored ones alone")
     return figure, (
-        "The four kinds of internal energy (compare [Ceccato2019], Figure 6): dissipated by collisions and by plastic flow, accumulated, "
-        "and stored as fluctuations and elastically, over the potential energy released until the end. What the numerics lost is in "
-        "none of them; the budget below shows it."
+        "The four kinds of internal energy (compare [Ceccato2019], Figure 6): dissipated by "
+        "collisions and by plastic flow, accumulated, and stored as fluctuations and elastically, "
+        "over the potential energy released until the end. What the numerics lost is in none of "
+        "them; the budget below shows it."
     )

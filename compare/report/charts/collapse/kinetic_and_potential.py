@@ -19,6 +19,7 @@ def kinetic_and_potential(run, narrow):
     axes[0].set_xlim(0.0, min(tau[-1], 5.0))
     axes[0].legend()
     return figure, (
-        "Kinetic and potential energy of the points [Ceccato2019, Eqs. 17 and 18] (compare its Figure 7), over the weight times the "
-        "column's height; potential energy is zero at the floor."
+        "Kinetic and potential energy of the points [Ceccato2019, Eqs. 17 and 18] (compare its "
+        "Figure 7), over the weight times the column's height; potential energy is zero at the "
+        "floor."
     )

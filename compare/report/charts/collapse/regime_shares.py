@@ -34,6 +34,16 @@ def regime_shares(run, narrow):
     axes[0].legend(
         loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=2 if narrow else 3, fontsize=8
     )
+    draw_entries(axes[1], run)
+    return figure, (
+        "Left, how much of the mass is in each regime. Right, when points of a depth first enter "
+        "regimes 2, 3 and 4, the median of each tenth of the height; a tenth of which less than "
+        "half ever enters a regime has no median and no mark."
+    )
+
+
+def draw_entries(ax, run):
+    """When points first enter regimes 2, 3 and 4, over the depth they start from."""
     start = run.clouds[0]
     depth = np.minimum(run.height - start.x[:, 1], run.length - start.x[:, 0]) / run.height
     bands = np.linspace(0.0, 1.0, 11)
@@ -42,12 +52,11 @@ def regime_shares(run, narrow):
         middle, times = [], []
         for low, high in zip(bands, bands[1:]):
             inside = (depth >= low) & (depth < high)
-            if (
-                inside.sum() >= 5 and np.isfinite(entry[k][inside]).mean() > 0.5
-            ):  # else the median is infinite
+            # where half never enter the median is infinite
+            if inside.sum() >= 5 and np.isfinite(entry[k][inside]).mean() > 0.5:
                 middle.append(0.5 * (low + high))
                 times.append(np.median(entry[k][inside]))
-        axes[1].plot(
+        ax.plot(
             middle,
             times,
             "o-",
@@ -55,14 +64,10 @@ def regime_shares(run, narrow):
             color=COLOURS[k + 1],
             label=WORDS[k + 1].replace("-\n", "-"),
         )
-    axes[1].set(
+    ax.set(
         title="median time of first entry [√(H/g)]",
         xlabel="depth below top or free side at release, over H",
         xlim=(0.0, None),
     )
-    axes[1].set_yscale("log")
-    axes[1].legend(fontsize=8)
-    return figure, (
-        "Left, how much of the mass is in each regime. Right, when points of a depth first enter regimes 2, 3 and 4, the median of each tenth "
-        "of the height; a tenth of which less than half ever enters a regime has no median and no mark."
-    )
+    ax.set_yscale("log")
+    ax.legend(fontsize=8)

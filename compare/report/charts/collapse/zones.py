@@ -10,7 +10,7 @@ from compare.mapping.mobilised import zones as zones_of
 @chart("Where it slides and where it flows", order=4)
 def zones(run, narrow):
     layer = thickness(run)
-    drawn = draw_points(
+    figure, axes, artist = draw_points(
         run,
         narrow,
         lambda frame: zones_of(run, frame, layer),
@@ -18,7 +18,7 @@ def zones(run, narrow):
         BoundaryNorm(np.arange(4) - 0.5, 3),
         frames=instants(run)[:-1],
     )
-    bar = colour_bar(*drawn, "")
+    bar = colour_bar(figure, axes, artist, "")
     bar.set_ticks(
         [STATIC, SURFACE, INSIDE],
         labels=[
@@ -32,10 +32,12 @@ def zones(run, narrow):
         kind: shares(run, f"{kind}_dissipation", layer).found for kind in ("plastic", "collisional")
     }
     words = "; ".join(
-        f"of the {kind} dissipation {share[SURFACE]:.2f} in the layers and {share[INSIDE]:.2f} inside"
+        f"of the {kind} dissipation {share[SURFACE]:.2f} in the layers and {share[INSIDE]:.2f} "
+        "inside"
         for kind, share in found.items()
     )
-    return drawn[0], (
-        f"The zones in which the statements above count dissipation: layers of {1000 * layer:.0f} mm where mobilised points (faster than "
-        f"0.01 √(gH)) meet points at rest or the floor, the mobilised mass inside them, and what is at rest. Over the whole run, {words}."
+    return figure, (
+        f"The zones in which the statements above count dissipation: layers of {1000 * layer:.0f} "
+        "mm where mobilised points (faster than 0.01 √(gH)) meet points at rest or the floor, the "
+        f"mobilised mass inside them, and what is at rest. Over the whole run, {words}."
     )
