@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "mpm/output/hdf5.hpp"
+#include "cases/hdf5.hpp"
 
 namespace grainpair {
 

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "cases/case.hpp"
-#include "mpm/output/hdf5.hpp"
+#include "cases/hdf5.hpp"
 #include "mpm/step/simulation.hpp"
 
 namespace grainpair {

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "cases/case.hpp"
-#include "mpm/output/hdf5.hpp"
+#include "cases/hdf5.hpp"
 
 namespace grainpair {
 

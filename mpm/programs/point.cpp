@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "mpm/materials/hyperelastic.hpp"
-#include "mpm/output/hdf5.hpp"
+#include "cases/hdf5.hpp"
 #include "mpm/points/body.hpp"
 
 namespace grainpair {

@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "mpm/output/hdf5.hpp"
+#include "cases/hdf5.hpp"
 #include "mpm/programs/point.hpp"
 
 int main(int argc, char** argv) {
