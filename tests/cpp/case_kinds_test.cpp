@@ -324,7 +324,7 @@ TEST(Failures, EveryCodeHasANameOfItsOwnThatEndsTheLine) {
     EXPECT_EQ(error.code, failure.code);
     EXPECT_EQ(std::string(error.what()), fmt::format("point 3: gone [{}]", failure.name));
   }
-  EXPECT_EQ(names.size(), failure_codes.size());
+  EXPECT_EQ(names.size(), std::size(failure_codes));
 }
 
 }  // namespace
