@@ -59,8 +59,7 @@ Value check(const Key& key, const toml::node& node, const Context& context);
 Value check_case_value(const std::string& name, const toml::node& node, const Context& context) {
   const std::string none;
   const std::string where = context.source.at(node);
-  const Value value =
-      check(scene_key(name, where), node, Context{context.source, none, context.beside});
+  Value value = check(scene_key(name, where), node, Context{context.source, none, context.beside});
   if (node.is_integer()) return static_cast<long>(**node.as_integer());
   return value;
 }
@@ -141,22 +140,23 @@ Values check_named(const Key& key, const toml::node& node, const Context& contex
     refuse(context.source.at(node), "{} must be a table, not {}", full, kind_of(node));
   Values values;
   values.free = true;
-  for (const auto& [name, value] : in_order(*node.as_table())) {
-    const std::string where = context.source.at(*value);
+  for (const auto& entry : in_order(*node.as_table())) {
+    const std::string &name = entry.first, inner = fmt::format("{}.{}", full, name);
+    const toml::node& value = *entry.second;
+    const std::string where = context.source.at(value);
     const bool of_case = key.type == Key::Type::case_value;
     if (of_case)
       scene_key(name, where);
     else if (std::ranges::find(key.choices, name) == key.choices.end())
-      refuse(where, "unknown key '{}.{}' (known: {}).{}", full, name, fmt::join(key.choices, ", "),
+      refuse(where, "unknown key '{}' (known: {}).{}", inner, fmt::join(key.choices, ", "),
              suggestion(name, key.choices));
     const auto check_item = [&](const toml::node& item) {
-      return of_case ? check_case_value(name, item, context)
-                     : check_one(key, item, context, full + "." + name);
+      return of_case ? check_case_value(name, item, context) : check_one(key, item, context, inner);
     };
     values.set(name,
                key.shape == Key::Shape::named
-                   ? check_item(*value)
-                   : Value(check_list(key, *value, context, full + "." + name, check_item)),
+                   ? check_item(value)
+                   : Value(check_list(key, value, context, inner, check_item)),
                where);
   }
   return values;
