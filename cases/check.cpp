@@ -59,8 +59,7 @@ Value check(const Key& key, const toml::node& node, const Context& context);
 Value check_case_value(const std::string& name, const toml::node& node, const Context& context) {
   const std::string none;
   const std::string where = context.source.at(node);
-  const Value value =
-      check(scene_key(name, where), node, Context{context.source, none, context.beside});
+  Value value = check(scene_key(name, where), node, Context{context.source, none, context.beside});
   if (node.is_integer()) return static_cast<long>(**node.as_integer());
   return value;
 }
@@ -141,7 +140,8 @@ Values check_named(const Key& key, const toml::node& node, const Context& contex
     refuse(context.source.at(node), "{} must be a table, not {}", full, kind_of(node));
   Values values;
   values.free = true;
-  for (const auto& [name, value] : in_order(*node.as_table())) {
+  for (const auto& [word, value] : in_order(*node.as_table())) {
+    const std::string &name = word, whole = fmt::format("{}.{}", full, word);
     const std::string where = context.source.at(*value);
     const bool of_case = key.type == Key::Type::case_value;
     if (of_case)
@@ -150,13 +150,12 @@ Values check_named(const Key& key, const toml::node& node, const Context& contex
       refuse(where, "unknown key '{}.{}' (known: {}).{}", full, name, fmt::join(key.choices, ", "),
              suggestion(name, key.choices));
     const auto check_item = [&](const toml::node& item) {
-      return of_case ? check_case_value(name, item, context)
-                     : check_one(key, item, context, full + "." + name);
+      return of_case ? check_case_value(name, item, context) : check_one(key, item, context, whole);
     };
     values.set(name,
                key.shape == Key::Shape::named
                    ? check_item(*value)
-                   : Value(check_list(key, *value, context, full + "." + name, check_item)),
+                   : Value(check_list(key, *value, context, whole, check_item)),
                where);
   }
   return values;

@@ -39,6 +39,8 @@ struct Coded {
   const char* name;
   const char* doc;
 };
+template <class Code>  // for clang, which derives no such guide of an aggregate before version 17
+Coded(Code, const char*, const char*)->Coded<Code>;
 
 inline constexpr std::array failure_codes{
     Coded{Failure::not_finite, "not-finite", "a quantity of the solution is no number"},
