@@ -140,22 +140,23 @@ Values check_named(const Key& key, const toml::node& node, const Context& contex
     refuse(context.source.at(node), "{} must be a table, not {}", full, kind_of(node));
   Values values;
   values.free = true;
-  for (const auto& [word, value] : in_order(*node.as_table())) {
-    const std::string &name = word, whole = fmt::format("{}.{}", full, word);
-    const std::string where = context.source.at(*value);
+  for (const auto& entry : in_order(*node.as_table())) {
+    const std::string &name = entry.first, inner = fmt::format("{}.{}", full, name);
+    const toml::node& value = *entry.second;
+    const std::string where = context.source.at(value);
     const bool of_case = key.type == Key::Type::case_value;
     if (of_case)
       scene_key(name, where);
     else if (std::ranges::find(key.choices, name) == key.choices.end())
-      refuse(where, "unknown key '{}.{}' (known: {}).{}", full, name, fmt::join(key.choices, ", "),
+      refuse(where, "unknown key '{}' (known: {}).{}", inner, fmt::join(key.choices, ", "),
              suggestion(name, key.choices));
     const auto check_item = [&](const toml::node& item) {
-      return of_case ? check_case_value(name, item, context) : check_one(key, item, context, whole);
+      return of_case ? check_case_value(name, item, context) : check_one(key, item, context, inner);
     };
     values.set(name,
                key.shape == Key::Shape::named
-                   ? check_item(*value)
-                   : Value(check_list(key, *value, context, whole, check_item)),
+                   ? check_item(value)
+                   : Value(check_list(key, value, context, inner, check_item)),
                where);
   }
   return values;

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 #include <string>
 
@@ -39,26 +38,24 @@ struct Coded {
   const char* name;
   const char* doc;
 };
-template <class Code>  // for clang, which derives no such guide of an aggregate before version 17
-Coded(Code, const char*, const char*)->Coded<Code>;
 
-inline constexpr std::array failure_codes{
-    Coded{Failure::not_finite, "not-finite", "a quantity of the solution is no number"},
-    Coded{Failure::energy_growth, "energy-growth", "the numerics made energy out of nothing"},
-    Coded{Failure::ejected, "ejected", "a point left the grid, or is faster than any fall"},
-    Coded{Failure::inverted, "inverted", "a point's volume became negative"},
-    Coded{Failure::unattainable, "unattainable", "no strain rate gives the stress a path asks for"},
-    Coded{Failure::lost_grains, "lost-grains", "grains are gone, or stick to each other"},
-    Coded{Failure::refused, "refused", "the grains' time step cannot resolve their contacts"},
-    Coded{Failure::cpu_limit, "cpu-limit", "the processor time allowed is used up"},
+inline constexpr Coded<Failure> failure_codes[] = {
+    {Failure::not_finite, "not-finite", "a quantity of the solution is no number"},
+    {Failure::energy_growth, "energy-growth", "the numerics made energy out of nothing"},
+    {Failure::ejected, "ejected", "a point left the grid, or is faster than any fall"},
+    {Failure::inverted, "inverted", "a point's volume became negative"},
+    {Failure::unattainable, "unattainable", "no strain rate gives the stress a path asks for"},
+    {Failure::lost_grains, "lost-grains", "grains are gone, or stick to each other"},
+    {Failure::refused, "refused", "the grains' time step cannot resolve their contacts"},
+    {Failure::cpu_limit, "cpu-limit", "the processor time allowed is used up"},
 };
 
-inline constexpr std::array warning_codes{
-    Coded{Warning::drift, "drift", "the numerics made a share of the energy out of nothing"},
-    Coded{Warning::noise, "noise", "points move in ways that their cells cannot see"},
-    Coded{Warning::locking, "locking", "the pressure differs between the points of a cell"},
-    Coded{Warning::loss, "loss", "the transfer took much of the energy released"},
-    Coded{Warning::tension, "tension", "points pull on each other"},
+inline constexpr Coded<Warning> warning_codes[] = {
+    {Warning::drift, "drift", "the numerics made a share of the energy out of nothing"},
+    {Warning::noise, "noise", "points move in ways that their cells cannot see"},
+    {Warning::locking, "locking", "the pressure differs between the points of a cell"},
+    {Warning::loss, "loss", "the transfer took much of the energy released"},
+    {Warning::tension, "tension", "points pull on each other"},
 };
 
 inline const char* name(Failure code) {

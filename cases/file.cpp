@@ -42,11 +42,13 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
 std::vector<std::pair<std::string, const toml::node*>> in_order(const toml::table& table) {
   std::vector<std::tuple<toml::source_index, toml::source_index, std::string, const toml::node*>>
       placed;
+  placed.reserve(table.size());
   for (const auto& [key, node] : table)
     placed.emplace_back(key.source().begin.line, key.source().begin.column, std::string(key.str()),
                         &node);
   std::ranges::sort(placed);
   std::vector<std::pair<std::string, const toml::node*>> ordered;
+  ordered.reserve(placed.size());
   for (auto& [line, column, key, node] : placed) ordered.emplace_back(std::move(key), node);
   return ordered;
 }

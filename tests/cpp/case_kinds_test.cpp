@@ -316,6 +316,13 @@ TEST_F(Kinds, AConditionNamesAKeyBesideItAndWordsThatItMayBe) {
   for (const Kind kind : {Kind::scene, Kind::element, Kind::point, Kind::study}) look(schema(kind));
 }
 
+TEST(Describe, TellsBothKeysOfAName) {
+  const std::string text = describe_keys("leg.rate", Kind::point);
+  EXPECT_THAT(text, AllOf(StartsWith("leg.rate"), HasSubstr("list of 6: number [1/s]"),
+                          HasSubstr("> 0 [1/s] (required, where path = biaxial")));
+  EXPECT_EQ(describe_keys("leg.rates", Kind::point), "");
+}
+
 TEST(Failures, EveryCodeHasANameOfItsOwnThatEndsTheLine) {
   std::set<std::string> names;
   for (const auto& failure : failure_codes) {
@@ -324,7 +331,7 @@ TEST(Failures, EveryCodeHasANameOfItsOwnThatEndsTheLine) {
     EXPECT_EQ(error.code, failure.code);
     EXPECT_EQ(std::string(error.what()), fmt::format("point 3: gone [{}]", failure.name));
   }
-  EXPECT_EQ(names.size(), failure_codes.size());
+  EXPECT_EQ(names.size(), std::size(failure_codes));
 }
 
 }  // namespace
