@@ -107,18 +107,8 @@ void attempt_at_stress(Point& point, const Leg& leg, const SymTensor& given, con
   free_rate = b;
 }
 
-}  // namespace
-
-const std::vector<double>& PointHistory::operator[](const std::string& name) const {
-  for (const Column& column : columns)
-    if (column.name == name) return column.values;
-  throw std::logic_error("no column " + name);
-}
-
-PointHistory drive(const PointPath& path) {
-  Point point(path);
-  const Hyperelastic hyperelastic(path.material);
-  PointHistory history;
+/// The columns of a history, in the order in which drive() fills them.
+void declare(PointHistory& history) {
   const auto add = [&](const std::string& name, const std::string& unit, const std::string& doc) {
     history.columns.push_back({name, unit, doc, {}});
   };
@@ -142,7 +132,21 @@ PointHistory drive(const PointPath& path) {
   add("work", "J/kg", "stress work since the start");
   add("gibbs_energy", "J/m3",
       "Gibbs energy of the quasi-static stress, Eq. 7 of the seed as printed");
+}
 
+}  // namespace
+
+const std::vector<double>& PointHistory::operator[](const std::string& name) const {
+  for (const Column& column : columns)
+    if (column.name == name) return column.values;
+  throw std::logic_error("no column " + name);
+}
+
+PointHistory drive(const PointPath& path) {
+  Point point(path);
+  const Hyperelastic hyperelastic(path.material);
+  PointHistory history;
+  declare(history);
   double time = 0.0, plastic = 0.0, collisional = 0.0, work = 0.0;
   SymTensor strain = SymTensor::Zero();
   const auto record = [&] {
@@ -160,7 +164,6 @@ PointHistory drive(const PointPath& path) {
     put(plastic), put(collisional), put(work), put(hyperelastic.gibbs_energy(sigma_q));
   };
   record();
-
   long done = 0;
   for (std::size_t l = 0; l < path.legs.size(); ++l) {
     const Leg& leg = path.legs[l];

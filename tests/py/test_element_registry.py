@@ -37,6 +37,7 @@ class DummyCase(SimpleNamespace):
 @pytest.fixture
 def dummy(tmp_path, monkeypatch):
     """A case of a test that is nothing but a file beside the others."""
+    tests.all_tests()  # those that are there register with the registry that stays
     (tmp_path / "dummy.py").write_text(DUMMY)
     monkeypatch.setattr(tests, "__path__", [*tests.__path__, str(tmp_path)])
     monkeypatch.setattr(tests, "REGISTRY", dict(tests.REGISTRY))
