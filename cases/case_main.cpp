@@ -2,10 +2,10 @@
 // hold, or the codes of failures.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 
 #include "cases/case.hpp"
+#include "cases/command_line.hpp"
 #include "cases/kinds.hpp"
 
 namespace {
@@ -30,26 +30,19 @@ std::string complete_file(const std::string& path, Kind kind,
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Checks an input file against its schema and prints it complete, as TOML."};
+  CommandLine line("Checks an input file against its schema and prints it complete, as TOML.");
   std::string path, kind;
   std::vector<std::string> overrides;
   bool describe = false, codes = false;
-  app.add_option(
-      "file", path,
-      "input file, or a folder that holds case.toml; with --describe the start of a key");
-  app.add_option("--kind", kind,
-                 "scene, element, point or study (a file called study.toml is a study, any other a "
-                 "scene)");
-  app.add_option("--set", overrides, "key=value that overrides a scene's file; may be repeated")
-      ->take_all()
-      ->expected(1);
-  app.add_flag("--describe", describe, "print the schema instead");
-  app.add_flag("--failures", codes, "print the codes of failures and warnings instead");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+  line.option("file", path,
+              "input file, or a folder that holds case.toml; with --describe the start of a key")
+      .option("--kind", kind,
+              "scene, element, point or study (a file called study.toml is a study, any other a "
+              "scene)")
+      .repeated("--set", overrides, "key=value that overrides a scene's file; may be repeated")
+      .flag("--describe", describe, "print the schema instead")
+      .flag("--failures", codes, "print the codes of failures and warnings instead");
+  if (const auto done = line.parse(argc, argv)) return *done;
   if (kind.empty())
     kind = std::filesystem::path(path).filename() == "study.toml" ? "study" : "scene";
   try {

@@ -1,5 +1,6 @@
 #include "compare/mapping/coarse_grain.hpp"
 
+#include <Eigen/Cholesky>
 #include <limits>
 
 #include "compare/mapping/cell_list.hpp"

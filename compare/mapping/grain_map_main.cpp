@@ -3,11 +3,11 @@
 #include <fmt/ranges.h>
 #include <omp.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <set>
 
+#include "cases/command_line.hpp"
 #include "compare/mapping/run_file.hpp"
 
 namespace {
@@ -177,33 +177,31 @@ void map(const Options& o) {
 
 int main(int argc, char** argv) {
   Options o;
-  CLI::App app{"Coarse-grains runs of either engine onto one grid: same kernel, same width."};
-  app.add_option("runs", o.runs,
-                 "result files, mpm.h5 and dem.h5 alike; fields are kept under each file's name")
-      ->required();
-  app.add_option("-o,--output", o.output, "the fields")->required();
-  app.add_option("--width", o.width, "kernel width w in grain diameters (default: the case's)")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--kernel", o.kernel, "gauss, lucy, heaviside or linear (default: the case's)")
-      ->check(CLI::IsMember({"gauss", "lucy", "heaviside", "linear"}));
-  app.add_option("--spacing", o.spacing, "grid spacing in grain diameters (default: the case's)")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--dimension", o.dimension,
-                 "2: averaged over the thickness; 3; or 1: profiles over y")
-      ->check(CLI::Range(1, 3));
-  app.add_option("--range", o.range, "x range that a profile averages over [m]")->expected(2);
-  app.add_option("--walls", o.walls,
-                 "mirror: fold back what the kernel puts behind a wall; open: let it spread there")
-      ->check(CLI::IsMember({"mirror", "open"}));
-  app.add_option("--frame", o.frames, "frames to map, counted from 0 (default: all)");
-  app.add_option("--threads", o.threads, "threads (default: all cores)")
-      ->check(CLI::PositiveNumber);
-  app.add_flag("--quiet", o.quiet, "no progress");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return e.get_exit_code() == 0 ? app.exit(e) : (app.exit(e), 2);
-  }
+  CommandLine line("Coarse-grains runs of either engine onto one grid: same kernel, same width.");
+  line.option("runs", o.runs,
+              "result files, mpm.h5 and dem.h5 alike; fields are kept under each file's name")
+      .required()
+      .option("-o,--output", o.output, "the fields")
+      .required()
+      .option("--width", o.width, "kernel width w in grain diameters (default: the case's)")
+      .positive()
+      .option("--kernel", o.kernel, "gauss, lucy, heaviside or linear (default: the case's)")
+      .one_of({"gauss", "lucy", "heaviside", "linear"})
+      .option("--spacing", o.spacing, "grid spacing in grain diameters (default: the case's)")
+      .positive()
+      .option("--dimension", o.dimension,
+              "2: averaged over the thickness; 3; or 1: profiles over y")
+      .within(1, 3)
+      .option("--range", o.range, "x range that a profile averages over [m]")
+      .count(2)
+      .option("--walls", o.walls,
+              "mirror: fold back what the kernel puts behind a wall; open: let it spread there")
+      .one_of({"mirror", "open"})
+      .option("--frame", o.frames, "frames to map, counted from 0 (default: all)")
+      .option("--threads", o.threads, "threads (default: all cores)")
+      .positive()
+      .flag("--quiet", o.quiet, "no progress");
+  if (const auto done = line.parse(argc, argv)) return *done;
   if (o.dimension == 1 && (o.range.size() != 2 || !(o.range[0] < o.range[1]))) {
     fmt::print(stderr, "grain_map: --dimension 1 needs --range X0 X1 with X0 < X1\n");
     return 2;

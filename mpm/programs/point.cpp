@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "mpm/materials/hyperelastic.hpp"
 #include "cases/hdf5.hpp"
+#include "mpm/materials/hyperelastic.hpp"
 #include "mpm/points/body.hpp"
 
 namespace grainpair {

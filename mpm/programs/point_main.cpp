@@ -1,26 +1,21 @@
 // mpm_point: one material point along a strain or stress path.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
-
+#include "cases/command_line.hpp"
 #include "cases/hdf5.hpp"
 #include "mpm/programs/point.hpp"
 
 int main(int argc, char** argv) {
-  CLI::App app{"Drives one material point along a path of strains and stresses."};
+  grainpair::CommandLine line("Drives one material point along a path of strains and stresses.");
   std::string path, out;
   std::vector<std::string> overrides;
-  app.add_option("path", path, "path file (TOML)")->required();
-  app.add_option("-o,--out", out, "result: HDF5, or CSV where it ends in .csv")->required();
-  app.add_option("--set", overrides,
-                 "key=value of the case, e.g. material.law=solid_fluid; may be repeated")
-      ->take_all()
-      ->expected(1);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+  line.option("path", path, "path file (TOML)")
+      .required()
+      .option("-o,--out", out, "result: HDF5, or CSV where it ends in .csv")
+      .required()
+      .repeated("--set", overrides,
+                "key=value of the case, e.g. material.law=solid_fluid; may be repeated");
+  if (const auto done = line.parse(argc, argv)) return *done;
   try {
     const auto points = grainpair::PointPath::load(path, overrides);
     const auto history = grainpair::drive(points);

@@ -3,10 +3,10 @@
 #include <omp.h>
 #include <sys/resource.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
 
+#include "cases/command_line.hpp"
 #include "mpm/output/output.hpp"
 #include "mpm/step/simulation.hpp"
 #include "mpm/step/watch.hpp"
@@ -109,25 +109,23 @@ void run(const Case& scene, const Start& start, const std::string& path,
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Runs a case with the material point method."};
+  CommandLine line("Runs a case with the material point method.");
   std::string path, packing, out = "mpm.h5";
   std::vector<std::string> overrides;
   unsigned seed = 1;
   int threads = 1;
   bool show_progress = false, quiet = false;
-  app.add_option("case", path, "case file, or the folder of its case.toml")->required();
-  app.add_option("-o,--out", out, "result file");
-  app.add_option("--set", overrides, "key=value, in place of what the case says")->take_all();
-  app.add_option("--packing", packing, "result of a grain run, where initial.state = packing");
-  app.add_option("--seed", seed, "seed of mpm.jitter");
-  app.add_option("--threads", threads, "threads")->check(CLI::PositiveNumber);
-  app.add_flag("--progress", show_progress, "progress lines on standard output");
-  app.add_flag("--quiet", quiet, "no summary at the end");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+  line.option("case", path, "case file, or the folder of its case.toml")
+      .required()
+      .option("-o,--out", out, "result file")
+      .repeated("--set", overrides, "key=value, in place of what the case says")
+      .option("--packing", packing, "result of a grain run, where initial.state = packing")
+      .option("--seed", seed, "seed of mpm.jitter")
+      .option("--threads", threads, "threads")
+      .positive()
+      .flag("--progress", show_progress, "progress lines on standard output")
+      .flag("--quiet", quiet, "no summary at the end");
+  if (const auto done = line.parse(argc, argv)) return *done;
   omp_set_num_threads(threads);
   std::string command;
   for (int i = 0; i < argc; ++i) command += (i ? " " : "") + std::string(argv[i]);

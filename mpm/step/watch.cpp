@@ -1,0 +1,187 @@
+#include "mpm/step/watch.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <unordered_map>
+
+#include "cases/failure.hpp"
+
+namespace grainpair {
+namespace {
+
+constexpr double growth = 0.5;      // of the energy held at release: an instability soon gets there
+constexpr double drift = 0.05;      // of the same
+constexpr double most_speed = 3.0;  // sqrt(2 g H): nine times the energy a fall can give a point
+constexpr double most_noise = 0.02;      // of the kinetic energy, while there is some
+constexpr double most_roughness = 0.5;   // rms deviation over that of the cells' means
+constexpr double most_loss = 1.0 / 3.0;  // of the energy released
+constexpr double most_tension = 0.01;    // of rho_s g H
+constexpr double early = 1.0;            // sqrt(H/g): later, the flow is thinner than its cells
+
+struct CellSums {
+  double mass = 0.0, pressure = 0.0;
+  Vec3 velocity = Vec3::Zero(), place = Vec3::Zero();
+  std::vector<std::uint32_t> members;
+};
+using Cells = std::unordered_map<long, CellSums>;
+
+/// Motion and pressures within the cells, summed over them [J], [kg Pa2].
+struct WithinCells {
+  double residual = 0.0, moving = 0.0, deviation = 0.0, means = 0.0;
+};
+
+template <class P>
+double own_pressure(const P& points, std::size_t p) {
+  return points.sigma[p].template head<3>().sum() / 3.0;
+}
+
+template <class P>
+Cells cells_of(const Simulation& simulation, const P& points, double size) {
+  Cells cells;
+  for (const std::size_t p : points.occupied()) {
+    const Vec3 x = simulation.position(p);
+    const double m = points.mass[p];
+    long key = 0;
+    for (int d = 0; d < P::dimension; ++d) key = key * 65536 + static_cast<long>(x[d] / size);
+    CellSums& cell = cells[key];
+    cell.mass += m;
+    cell.pressure += m * (own_pressure(points, p) + simulation.pressure_correction(p));
+    cell.velocity += m * simulation.velocity(p), cell.place += m * x;
+    cell.members.push_back(static_cast<std::uint32_t>(p));
+  }
+  return cells;
+}
+
+/// What a cell's points do that an affine motion of the cell does not tell.
+template <class P>
+void look_into(const Simulation& simulation, const P& points, const CellSums& cell, double size,
+               WithinCells& sums) {
+  const Vec3 place = cell.place / cell.mass, mean = cell.velocity / cell.mass;
+  const double pressure = cell.pressure / cell.mass;
+  // least squares v = mean + A (x - place): what is left is motion the cell cannot see
+  Mat3 inertia = 1e-12 * cell.mass * size * size * Mat3::Identity(), moment = Mat3::Zero();
+  for (const auto p : cell.members) {
+    const Vec3 r = simulation.position(p) - place, v = simulation.velocity(p) - mean;
+    inertia += points.mass[p] * r * r.transpose();
+    moment += points.mass[p] * v * r.transpose();
+    const double own = own_pressure(points, p) + simulation.pressure_correction(p);
+    sums.deviation += points.mass[p] * (own - pressure) * (own - pressure);
+  }
+  sums.means += cell.mass * pressure * pressure;
+  if (cell.members.size() <= P::dimension + 1) return;  // the fit leaves nothing
+  const Mat3 slope = moment * inertia.inverse();
+  for (const auto p : cell.members) {
+    const Vec3 v = simulation.velocity(p);
+    const Vec3 left = v - mean - slope * (simulation.position(p) - place);
+    sums.residual += 0.5 * points.mass[p] * left.squaredNorm();
+    sums.moving += 0.5 * points.mass[p] * v.squaredNorm();
+  }
+}
+
+std::string what_is_not_finite(const Simulation& simulation) {
+  std::string what = "an energy";
+  simulation.visit_points([&](const auto& points) {
+    for (const std::size_t p : points.occupied()) {
+      const char* field = !std::isfinite(points.granular_temperature[p]) ? "granular temperature"
+                          : !std::isfinite(points.sigma[p].sum())        ? "stress"
+                          : !std::isfinite(points.v[p].sum())            ? "velocity"
+                                                                         : nullptr;
+      if (!field) continue;
+      what = fmt::format("the {} of point {} (void ratio {:.4g})", field, points.id[p],
+                         points.void_ratio[p]);
+      return;
+    }
+  });
+  return what;
+}
+
+}  // namespace
+
+Watch::Watch(const Simulation& simulation, double height, double gravity, double cell)
+    : held_(simulation.ledger().held()),
+      fall_(std::sqrt(2.0 * gravity * height)),
+      tau_(std::sqrt(height / gravity)),
+      pressure_(simulation.solid_density() * gravity * height),
+      cell_(cell) {}
+
+void Watch::step(const Simulation& simulation, long steps) {
+  const EnergyLedger& now = simulation.ledger();
+  if (!std::isfinite(now.total()))
+    throw SolverError(Failure::not_finite,
+                      "step {}: {} is not finite at t = {:.4g} s lower mpm.time_step_fraction",
+                      steps, what_is_not_finite(simulation), simulation.time());
+  // an account that falls below zero has made energy out of nothing
+  created_ =
+      std::max(created_, std::max(0.0, -now.transfer) + std::max(0.0, -now.time_integration) +
+                             std::max(0.0, -now.mixing) + std::max(0.0, -now.conduction));
+  if (created_ > growth * held_)
+    throw SolverError(
+        Failure::energy_growth,
+        "step {}: energy grew to {:.2g} J more than was held at release, {:.0f} % of it, at t = "
+        "{:.4g} s lower mpm.time_step_fraction",
+        steps, created_, 100.0 * created_ / held_, simulation.time());
+}
+
+void Watch::points(const Simulation& simulation) {
+  simulation.visit_points([&](const auto& points) {
+    double kinetic = 0.0;
+    for (const std::size_t p : points.occupied()) {
+      const Vec3 x = simulation.position(p), v = simulation.velocity(p);
+      if (v.norm() > most_speed * fall_)
+        throw SolverError(
+            Failure::ejected,
+            "point {}: too fast at ({:.4g}, {:.4g}, {:.4g}) m, t = {:.4g} s ({:.3g} m/s, {:.1f} "
+            "times the fall from the column's height) lower mpm.time_step_fraction, or use "
+            "smoother mpm.shape: nodes with next to no mass throw points",
+            points.id[p], x[0], x[1], x[2], simulation.time(), v.norm(), v.norm() / fall_);
+      tension_ = std::max(tension_, -own_pressure(points, p) / pressure_);
+      kinetic += 0.5 * points.mass[p] * v.squaredNorm();
+    }
+    peak_ = std::max(peak_, kinetic);
+    WithinCells within;
+    for (const auto& [key, cell] : cells_of(simulation, points, cell_))
+      look_into(simulation, points, cell, cell_, within);
+    if (kinetic > 0.1 * peak_ && within.moving > 0.1 * kinetic)
+      noise_ = std::max(noise_, within.residual / within.moving);
+    if (simulation.time() < early * tau_ && within.means > 0.0)
+      roughness_ += std::sqrt(within.deviation / within.means), ++rough_looks_;
+  });
+}
+
+std::vector<std::string> Watch::warnings(const EnergyLedger& begin, const EnergyLedger& end) const {
+  std::vector<std::string> out;
+  const auto say = [&]<class... Args>(Warning warning, fmt::format_string<Args...> text,
+                                      Args&&... args) {
+    out.push_back(
+        fmt::format("{}: {}", name(warning), fmt::format(text, std::forward<Args>(args)...)));
+  };
+  const double released = begin.potential - end.potential;
+  if (created_ > drift * held_)
+    say(Warning::drift,
+        "the numerics made {:.0f} % of the energy held at release out of nothing (lower "
+        "mpm.time_step_fraction)",
+        100.0 * created_ / held_);
+  if (noise_ > most_noise)
+    say(Warning::noise,
+        "up to {:.0f} % of the kinetic energy is in motion of points that their cell cannot see "
+        "(lower mpm.relaxation_time)",
+        100.0 * noise_);
+  if (rough_looks_ > 0 && roughness_ / rough_looks_ > most_roughness)
+    say(Warning::locking,
+        "the pressure of points differs within their cells by {:.1f} times its mean, early in "
+        "the run (use mpm.volumetric_averaging)",
+        roughness_ / rough_looks_);
+  if (released > 0.0 && end.transfer > most_loss * released)
+    say(Warning::loss,
+        "the transfer between points and grid took {:.0f} % of the energy released "
+        "(use affine_flip, or finer cells)",
+        100.0 * end.transfer / released);
+  if (tension_ > most_tension)
+    say(Warning::tension,
+        "a point pulls with {:.2g} of the column's pressure, beyond the apex of any cone",
+        tension_);
+  return out;
+}
+
+}  // namespace grainpair
