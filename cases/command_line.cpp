@@ -1,8 +1,39 @@
 #include "cases/command_line.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <limits>
 
 namespace grainpair {
+
+namespace {
+
+bool read(const std::string& word, std::string& value) {
+  value = word;
+  return true;
+}
+template <class Number>
+bool read(const std::string& word, Number& value) {
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc() && end == word.data() + word.size();
+}
+template <class Value>
+bool read(const std::string& word, std::vector<Value>& values) {
+  return read(word, values.emplace_back());
+}
+
+std::function<std::string(const std::string&)> limited(double low, double high,
+                                                       const std::string& where) {
+  return [=](const std::string& word) {
+    double x = 0.0;
+    return read(word, x) && low <= x && x <= high ? std::string()
+                                                  : fmt::format("{} is no number {}", word, where);
+  };
+}
+
+}  // namespace
 
 struct CommandLine::Parser {
   explicit Parser(const std::string& does) : app(does) {}
@@ -22,11 +53,12 @@ CommandLine& CommandLine::one_of(const std::vector<std::string>& words) {
   return *this;
 }
 CommandLine& CommandLine::within(double low, double high) {
-  parser_->last->check(CLI::Range(low, high));
+  parser_->last->check(limited(low, high, fmt::format("between {} and {}", low, high)));
   return *this;
 }
 CommandLine& CommandLine::positive() {
-  parser_->last->check(CLI::PositiveNumber);
+  const double least = std::numeric_limits<double>::denorm_min();
+  parser_->last->check(limited(least, std::numeric_limits<double>::infinity(), "above 0"));
   return *this;
 }
 CommandLine& CommandLine::count(int values) {
@@ -34,9 +66,25 @@ CommandLine& CommandLine::count(int values) {
   return *this;
 }
 
+namespace {
+
+template <class Value>
+constexpr bool is_list = false;
+template <class Value>
+constexpr bool is_list<std::vector<Value>> = true;
+
+}  // namespace
+
+// By a function: of CLI11's own conversions every type would be compiled anew.
 template <class Value>
 CommandLine& CommandLine::option(const std::string& names, Value& value, const std::string& doc) {
-  parser_->last = parser_->app.add_option(names, value, doc);
+  const CLI::callback_t take = [&value](const CLI::results_t& words) {
+    if constexpr (is_list<Value>) value.clear();
+    return std::all_of(words.begin(), words.end(),
+                       [&](const std::string& word) { return read(word, value); });
+  };
+  parser_->last = parser_->app.add_option(names, take, doc);
+  if constexpr (is_list<Value>) parser_->last->expected(1, CLI::detail::expected_max_vector_size);
   return *this;
 }
 template CommandLine& CommandLine::option(const std::string&, std::string&, const std::string&);
@@ -52,12 +100,14 @@ template CommandLine& CommandLine::option(const std::string&, std::vector<std::s
 
 CommandLine& CommandLine::repeated(const std::string& names, std::vector<std::string>& values,
                                    const std::string& doc) {
-  parser_->last = parser_->app.add_option(names, values, doc)->take_all()->expected(1);
+  option(names, values, doc);
+  parser_->last->expected(1)->take_all();
   return *this;
 }
 
 CommandLine& CommandLine::flag(const std::string& names, bool& value, const std::string& doc) {
-  parser_->last = parser_->app.add_flag(names, value, doc);
+  parser_->last = parser_->app.add_flag_callback(
+      names, [&value] { value = true; }, doc);
   return *this;
 }
 

@@ -76,5 +76,11 @@ struct Grain {
 template <int D>
 Fields coarse_grain(const Cloud& cloud, const SampleGrid<D>& grid, const Kernel<D>& kernel,
                     const Grain& grain);
+template <>
+Fields coarse_grain(const Cloud&, const SampleGrid<1>&, const Kernel<1>&, const Grain&);
+template <>
+Fields coarse_grain(const Cloud&, const SampleGrid<2>&, const Kernel<2>&, const Grain&);
+template <>
+Fields coarse_grain(const Cloud&, const SampleGrid<3>&, const Kernel<3>&, const Grain&);
 
 }  // namespace grainpair

@@ -37,6 +37,17 @@ struct Weights {
   }
 };
 
+/// An axis of the grid, [0, n h], and the nodes along it.
+struct GridAxis {
+  double h = 0.0, inverse_h = 0.0;
+  int cells = 0, nodes = 0;
+  std::vector<double> node_position;  // [m]
+
+  GridAxis() = default;
+  GridAxis(int cell_count, double spacing, int node_count)
+      : h(spacing), inverse_h(1.0 / spacing), cells(cell_count), nodes(node_count) {}
+};
+
 /// Open uniform B-splines of degree P: knots on the cell faces, P + 1 of them on either end. The
 /// end function is therefore interpolatory: a wall on a cell face is one layer of nodes, exactly,
 /// and no function reaches beyond it. P = 1 is the linear hat, P = 2 the quadratic and P = 3 the
@@ -53,14 +64,11 @@ struct BSpline {
     std::array<Real, support> node;                  // position [m]
   };
 
-  struct Axis {
-    double h, inverse_h;
-    int cells, nodes;
-    std::vector<double> node_position;  // Greville abscissae [m]
+  struct Axis : GridAxis {  // nodes at the Greville abscissae
     std::vector<Cell<double>> cell_table;
 
     Axis(int cell_count, double spacing, double /*point_size*/)
-        : h(spacing), inverse_h(1.0 / spacing), cells(cell_count), nodes(cell_count + P) {
+        : GridAxis(cell_count, spacing, cell_count + P) {
       const auto knot = [&](int i) { return std::clamp(i - P, 0, cells); };  // in cells
       for (int i = 0; i < nodes; ++i) {
         double sum = 0.0;
@@ -185,17 +193,12 @@ struct Gimp {
   static constexpr int support = 3;
   static constexpr int reach = 4;
 
-  struct Axis {
-    double h, inverse_h, half_size;
-    int cells, nodes;
-    std::vector<double> node_position;
+  struct Axis : GridAxis {
+    double half_size;  // [m]
 
     Axis(int cell_count, double spacing, double point_size)
-        : h(spacing),
-          inverse_h(1.0 / spacing),
-          half_size(0.5 * point_size),
-          cells(cell_count),
-          nodes(std::max(cell_count + 1, support)) {
+        : GridAxis(cell_count, spacing, std::max(cell_count + 1, support)),
+          half_size(0.5 * point_size) {
       for (int i = 0; i < nodes; ++i) node_position.push_back(i * h);
     }
   };

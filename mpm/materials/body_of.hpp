@@ -99,8 +99,9 @@ class BodyOf final : public Body {
     } else {
       const Law law = law_;  // which no store can change
       const std::size_t end = batch.size / Wide::size() * Wide::size();
-      for_each_block(0, end, [&](const Block& block) { update<Where>(law, first, batch, block); });
-      if (end < batch.size) update<Where>(law, first, batch, some(end, batch.size));
+      for_each_block(0, end,
+                     [&](const Block& block) { update<Where>(law, state_, first, batch, block); });
+      if (end < batch.size) update<Where>(law, state_, first, batch, some(end, batch.size));
     }
   }
 
@@ -183,7 +184,7 @@ class BodyOf final : public Body {
       const auto* const regime = &batch.regime[begin];
       if (here == Wide::size() &&
           std::all_of(regime, regime + Wide::size(), [&](auto r) { return r == *regime; })) {
-        update<Where>(law_, first, batch, Block{begin});
+        update_block<Where>(state_, first, batch, Block{begin});
         continue;
       }
       for (std::size_t lane = 0; lane < here; ++lane)
@@ -196,11 +197,40 @@ class BodyOf final : public Body {
     std::array<std::uint32_t, window> order;
     for (std::size_t i = 0; i < count; ++i)
       order[next[static_cast<std::size_t>(batch.regime[mixed[i]])]++] = mixed[i];
-    for (std::size_t i = 0; i < count; i += Wide::size()) {
-      Scattered at = some(i, count);
-      for (auto& point : at.points) point = order[point];
-      update<Where>(law_, first, batch, at);
-    }
+    update_brought_together<Where>(first, batch, std::span(order).first(count));
+  }
+
+  /// Points anywhere in a batch, by way of rows where they stand side by side: the law is compiled
+  /// for blocks alone.
+  template <class Where>
+  void update_brought_together(std::size_t first, Batch& batch,
+                               std::span<const std::uint32_t> order) {
+    thread_local Arrays<State> state(window);
+    thread_local Batch rows(window);
+    const auto each_four = [&](auto&& f) {
+      for (std::size_t i = 0; i < order.size(); i += Wide::size()) {
+        Scattered at = some(i, order.size());
+        for (auto& point : at.points) point = order[point];
+        f(at, Block{i});
+      }
+    };
+    each_four([&](const Scattered& at, const Block& row) {
+      state.store(state_.load(at.beyond(first), state_without<Where>), row, state_without<Where>);
+      rows.steps.store(batch.steps.load(at, Where::step), row, Where::step);
+    });
+    for_each_block(0, (order.size() + Wide::size() - 1) / Wide::size() * Wide::size(),
+                   [&](const Block& row) { update_block<Where>(state, 0, rows, row); });
+    each_four([&](const Scattered& at, const Block& row) {
+      state_.store(state.load(row, state_without<Where>), at.beyond(first), state_without<Where>);
+      batch.sigma.store(rows.sigma.load(row, Where::tensor), at, Where::tensor);
+      batch.energies.store(rows.energies.load(row, Zeros::energies), at, Zeros::energies);
+      batch.stability.store(rows.stability.load(row, Zeros::stability), at, Zeros::stability);
+      if (!batch.work.empty()) at.store(row.load(rows.work), batch.work);
+      if constexpr (!athermal)
+        at.store(row.load(rows.granular_temperature), batch.granular_temperature);
+      for (std::size_t lane = 0; lane < Wide::size(); ++lane)
+        batch.regime[at(lane)] = rows.regime[row(lane)];
+    });
   }
 
   /// Points begin ... end - 1, of which the last is repeated where they do not fill a register.
@@ -211,11 +241,19 @@ class BodyOf final : public Body {
     return at;
   }
 
+  /// A function of its own: such laws are long, and would else be compiled at every call.
+  template <class Where>
+  [[gnu::noinline, gnu::flatten]] void update_block(Arrays<State>& state, std::size_t first,
+                                                    Batch& batch, const Block& block) const {
+    update<Where>(law_, state, first, batch, block);
+  }
+
   template <class Where, class At>
-  void update(const Law& law, std::size_t first, Batch& batch, const At& at) {
+  static void update(const Law& law, Arrays<State>& state, std::size_t first, Batch& batch,
+                     const At& at) {
     const auto step = batch.steps.load(at, Where::step);
-    const auto r = law.update(state_.load(at.beyond(first), state_without<Where>), step);
-    state_.store(r.state, at.beyond(first), state_without<Where>);
+    const auto r = law.update(state.load(at.beyond(first), state_without<Where>), step);
+    state.store(r.state, at.beyond(first), state_without<Where>);
     batch.sigma.store(r.sigma, at, Where::tensor);
     batch.energies.store(r.energies, at, Zeros::energies);
     if (!batch.work.empty()) at.store(r.work, batch.work.data());

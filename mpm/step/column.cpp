@@ -114,14 +114,16 @@ Points<dim> points_of(const Case& scene, const Numerics& numerics, const Start& 
   return points;
 }
 
-template <int dim, class Shape, class Exchanged = Wide>
-std::unique_ptr<Simulation> column_of(const Case& scene, const Numerics& numerics,
-                                      const Start& start) {
-  const auto setup = setup_of<dim>(scene, numerics);
-  std::vector<InitialState> initial;
-  auto points = points_of<dim>(scene, numerics, start, setup.axisymmetric, initial);
-  return std::make_unique<Solver<dim, Shape, Exchanged>>(
-      setup, std::move(points), material_registry().at(scene.word("material.law"))(scene), initial);
+template <int dim>
+std::unique_ptr<TransferKernel<dim>> kernel_of(const Case& scene, const SolverSetup<dim>& setup) {
+  const std::string& shape = scene.word("mpm.shape");
+  const bool exact = scene.word("mpm.precision") == "double";
+  const auto make = shape == "linear"          ? make_transfer_kernel<dim, BSpline<1>, Wide>
+                    : shape == "gimp"          ? make_transfer_kernel<dim, Gimp, Wide>
+                    : shape == "cubic_bspline" ? make_transfer_kernel<dim, BSpline<3>, Wide>
+                    : exact                    ? make_transfer_kernel<dim, BSpline<2>, Wide>
+                                               : make_transfer_kernel<dim, BSpline<2>, WideFloat>;
+  return make(setup.cells, setup.numerics.h, setup.point_size);
 }
 
 }  // namespace
@@ -129,13 +131,12 @@ std::unique_ptr<Simulation> column_of(const Case& scene, const Numerics& numeric
 template <int dim>
 std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics,
                                         const Start& start) {
-  const std::string& shape = scene.word("mpm.shape");
-  if (shape == "linear") return column_of<dim, BSpline<1>>(scene, numerics, start);
-  if (shape == "gimp") return column_of<dim, Gimp>(scene, numerics, start);
-  if (shape == "cubic_bspline") return column_of<dim, BSpline<3>>(scene, numerics, start);
-  if (scene.word("mpm.precision") == "double")
-    return column_of<dim, BSpline<2>>(scene, numerics, start);
-  return column_of<dim, BSpline<2>, WideFloat>(scene, numerics, start);
+  const auto setup = setup_of<dim>(scene, numerics);
+  std::vector<InitialState> initial;
+  auto points = points_of<dim>(scene, numerics, start, setup.axisymmetric, initial);
+  return std::make_unique<Solver<dim>>(setup, kernel_of<dim>(scene, setup), std::move(points),
+                                       material_registry().at(scene.word("material.law"))(scene),
+                                       initial);
 }
 
 template std::unique_ptr<Simulation> make_column<2>(const Case&, const Numerics&, const Start&);

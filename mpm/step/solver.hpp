@@ -14,11 +14,10 @@
 #include <memory>
 #include <vector>
 
-#include "mpm/grid/grid.hpp"
 #include "mpm/grid/walls.hpp"
 #include "mpm/points/body.hpp"
 #include "mpm/step/simulation.hpp"
-#include "mpm/transfer/transfer.hpp"
+#include "mpm/step/transfer_kernel.hpp"
 
 namespace grainpair {
 
@@ -35,10 +34,8 @@ struct SolverSetup {
   Numerics numerics;
 };
 
-/// Exchanged holds several points' numbers on their way to the nodes and back: Wide, or WideFloat
-/// in single precision. The stages are in stages_*.hpp; each combination is compiled once, in a
-/// unit of its own (kernel.cpp.in).
-template <int Dim, class Shape, class Exchanged = Wide>
+/// The stages are in solver_*.cpp, the two sweeps between points and nodes in the kernel.
+template <int Dim>
 class Solver final : public Simulation {
  public:
   static constexpr int dim = Dim;
@@ -47,8 +44,8 @@ class Solver final : public Simulation {
 
   /// Takes the points as they are (x, v, mass, void_ratio, id set) and lets the law initialise its
   /// state.
-  Solver(const SolverSetup<dim>& setup, Points<dim> points, std::unique_ptr<Body> body,
-         const std::vector<InitialState>& initial);
+  Solver(const SolverSetup<dim>& setup, std::unique_ptr<TransferKernel<dim>> kernel,
+         Points<dim> points, std::unique_ptr<Body> body, const std::vector<InitialState>& initial);
 
   /// The algorithm. Each stage books the energy it moves.
   void step(double dt) override {
@@ -101,13 +98,12 @@ class Solver final : public Simulation {
     if constexpr (dim == 3) return &points_;
     return nullptr;
   }
-  const Grid<dim, Shape>& grid() const { return grid_; }
+  const Grid<dim>& grid() const { return grid_; }
   Points<dim>& points() { return points_; }
 
  private:
   friend struct Xpic;          // sweeps over nodes and points
   friend struct SolverStages;  // a test that adds a body force between two stages
-  static constexpr std::size_t halves = Halves<Exchanged>().size();
   /// Of points between sortings, in cells: the more they drift, the fewer share their nodes.
   static constexpr double drift_limit = 0.4;
   /// Strips of one colour go side by side: from the first to the last node that points of a strip
@@ -115,39 +111,11 @@ class Solver final : public Simulation {
   /// less than `colours` strips. Three colours allow thinner ones, of which a cube has more to
   /// share out.
   static constexpr int colours = dim == 2 ? 2 : 3;
-  static constexpr int strip_width =
-      dim == 2 ? 5 : (Shape::reach + colours - 1) / (colours - 1);  // cells
-  static_assert((colours - 1) * strip_width >= Shape::reach + 1);
-  template <class Real>
-  using VecOf = VectorOf<dim, Real>;
-  template <class Real>
-  using MatOf = MatrixOf<dim, Real>;
-  template <class Real>
-  using GivenOf = Given<dim, Real>;
-  template <class Real>
-  using CollectedOf = Collected<dim, Real>;
-
-  /// Fraction of the way to the grid's velocity, and to its gradient, that a point goes in one
-  /// step.
-  struct Filter {
-    double velocity, gradient;
-  };
-  /// Sums a sweep makes, kept by strip so that their order never changes.
-  struct Sums {
-    double kinetic_before = 0.0, kinetic_after = 0.0, speed = 0.0, gained = 0.0, conducted = 0.0;
-  };
-  /// Lane by lane until they are asked for.
-  struct WideSums {
-    Wide kinetic_before = 0.0, kinetic_after = 0.0, speed = 0.0;
-  };
   /// Of the nodes of a slice, in accelerate().
   struct Work {
     double gain = 0.0, wall = 0.0;  // of kinetic energy; taken by the walls [J]
   };
   enum class Moves { no, yes };
-
-  enum class Forces { without, with };
-  enum class Gathered { velocity, gradient, both };
 
   /// Cells that wait for what points give of this step.
   struct CellsToGive {
@@ -168,7 +136,7 @@ class Solver final : public Simulation {
     GivingCells pressures;
   };
 
-  // stages_sort.hpp
+  // solver_sort.cpp
   void initialise(const std::vector<InitialState>& initial);
   void sort_points();
   Order in_cell_order(const std::vector<std::uint32_t>& points,
@@ -177,14 +145,13 @@ class Solver final : public Simulation {
   void give_pressures_anew();
   void measure_held_energy();
 
-  // stages_transfer.hpp
+  // solver_grid.cpp
   ClearedGrid clear_grid();
   ClearedGrid clear_grid(MovingGrid old);
   void clear_nodes(int slice);
   LoadedGrid scatter(ClearedGrid grid) { return scatter(std::move(grid), Forces::with); }
   LoadedGrid scatter_momenta(ClearedGrid grid) { return scatter(std::move(grid), Forces::without); }
   LoadedGrid scatter(ClearedGrid grid, Forces forces);
-  void scatter_strip(const Strip& strip, Forces forces);
   MovingGrid accelerate(LoadedGrid grid, double dt);
   MovingGrid constrain(LoadedGrid grid);
   void sharpen_velocity(MovingGrid& grid);
@@ -199,31 +166,21 @@ class Solver final : public Simulation {
   }
   StrainedPoints gathered(MovingGrid grid, Gathered what, double dt);
   void sweep_nodes(GivingCells& rates, Gathered what, double dt);
-  void take_velocity(const Block& block, const VecOf<Wide>& of_grid, const VecOf<Wide>& increment,
-                     double filter, WideSums& sums);
-  void take_affine(const Blocks<Exchanged>& blocks,
-                   const Neighbours<dim, Shape::support, Exchanged>& at,
-                   const CollectedOf<Exchanged>& nodes, double filter, double dt);
-  void take_gradient(const Block& block, const VecOf<Wide>& of_grid, const MatOf<Wide>& gradient,
-                     GivingCells& rates);
-  template <bool Carries>
-  Sums gather_strip(const Strip& strip, GivingCells& rates, Gathered what, const Filter& filter,
-                    double dt);
 
-  // stages_points.hpp
+  // solver_points.cpp
   void update_points(StrainedPoints strained, double dt, Moves moves);
   void move_points(MovingGrid grid, double dt);
   void hold_pressures(GivingCells given);
   void book_places();
 
-  // stages_fields.hpp
+  // solver_fields.cpp
   void conduct(double dt);
   void share_pressure();
   void average_over_nodes(std::vector<double>& field);
 
   /// Once for every node, not for every point that takes it.
   void hand_out(const Node<dim>& node) {
-    if constexpr (halves == 2)
+    if (kernel_->single)
       velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = FloatNode<dim>(node);
   }
   Vec constrained(const Vec& v, const std::array<int, dim>& node, double time) const {
@@ -232,29 +189,6 @@ class Solver final : public Simulation {
     return free ? v : constrained_here(v, node, time);
   }
   Vec constrained_here(Vec v, const std::array<int, dim>& node, double time) const;
-  Neighbours<dim, Shape::support, Exchanged> neighbours(const Blocks<Exchanged>& blocks) {
-    Neighbours<dim, Shape::support, Exchanged> out;
-    out.nodes = grid_.nodes.data();
-    out.velocities = velocities();
-    std::array<VecOf<Wide>, halves> x;
-    for (std::size_t h = 0; h < halves; ++h) x[h] = points_.x.load(blocks[h]);
-#pragma GCC unroll 3
-    for (int d = 0; d < dim; ++d) {
-      out.stride[d] = grid_.stride[d];
-      if constexpr (halves == 1)
-        Shape::evaluate(grid_.axes[d], x[0][d], out.n[d]);
-      else
-        Shape::evaluate(grid_.axes[d], {x[0][d], x[1][d]}, out.n[d]);
-    }
-    return out;
-  }
-  /// What points take of the nodes, in the precision they take it in.
-  auto velocities() const {
-    if constexpr (halves == 1)
-      return grid_.nodes.data();
-    else
-      return velocities_.data();
-  }
   static Vec3 padded(const Vec& a) {
     Vec3 out = Vec3::Zero();
     out.template head<dim>() = a;
@@ -322,32 +256,13 @@ class Solver final : public Simulation {
   /// f(node, w_ip) or f(node, w_ip, grad w_ip) over the nodes that share point p.
   template <class F>
   void for_each_weight(std::size_t p, F&& f) {
-    std::array<Weights<double, Shape::support>, dim> n;
-    std::ptrdiff_t first = 0;
-    for (int d = 0; d < dim; ++d) {
-      Shape::evaluate(grid_.axes[d], points_.x[p][d], n[d]);
-      first += static_cast<int>(n[d].first) * grid_.stride[d];
-    }
-    for (int i = 0; i < Shape::support; ++i) {
-      for (int j = 0; j < Shape::support; ++j) {
-        Node<dim>* const row = &grid_.nodes[static_cast<std::size_t>(first)] + i * grid_.stride[0] +
-                               j * grid_.stride[1];
-        const auto give = [&](Node<dim>& node, double w, auto... gradient) {
-          if constexpr (std::is_invocable_v<F, Node<dim>&, double, Vec>)
-            f(node, w, Vec(gradient...));
-          else
-            f(node, w);
-        };
-        const double w = n[0].w[i] * n[1].w[j], dx = n[0].dw[i] * n[1].w[j],
-                     dy = n[0].w[i] * n[1].dw[j];
-        if constexpr (dim == 2) {
-          give(*row, w, dx, dy);
-        } else {
-          const auto& last = n[2];
-          for (int k = 0; k < Shape::support; ++k)
-            give(row[k], w * last.w[k], dx * last.w[k], dy * last.w[k], w * last.dw[k]);
-        }
-      }
+    NodeWeights<dim> near;
+    kernel_->weigh(points_.x[p], grid_, near);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(near.count); ++i) {
+      if constexpr (std::is_invocable_v<F, Node<dim>&, double, const Vec&>)
+        f(grid_.nodes[near.node[i]], near.w[i], near.slope[i]);
+      else
+        f(grid_.nodes[near.node[i]], near.w[i]);
     }
   }
   std::size_t cell_of(const Vec& x) const {
@@ -359,17 +274,19 @@ class Solver final : public Simulation {
   }
 
   SolverSetup<dim> setup_;
-  Grid<dim, Shape> grid_;
-  MaterialPoints<dim> material_;
+  std::unique_ptr<TransferKernel<dim>> kernel_;
+  Exchange<dim> exchange_;
+  MaterialPoints<dim>& material_ = exchange_.material;
   Points<dim>& points_ = material_.points;
+  Grid<dim>& grid_ = exchange_.grid;
+  std::vector<FloatNode<dim>>& velocities_ = exchange_.velocities;
+  int strip_width_;  // cells
   std::unique_ptr<Body> body_;
   GivenCells pressures_;                         // of the points as they are
   ClearingCells spent_rates_, spent_pressures_;  // of the step before
-  std::vector<FloatNode<dim>> velocities_;       // of the nodes, where points take them in single
-                                                 // precision [m/s]
   std::vector<double> scratch_;                  // of conduction: conductivity times volume [J s]
   std::vector<Strip> strips_;
-  std::vector<Sums> sums_;  // of the last sweep, by strip
+  std::vector<GatherSums> sums_;  // of the last sweep, by strip
   std::vector<PointSums> point_sums_;
   std::vector<Work> work_;  // by slice of nodes
   Fastest fastest_;
@@ -382,5 +299,3 @@ class Solver final : public Simulation {
 };
 
 }  // namespace grainpair
-
-#include "mpm/kernels.hpp"  // extern template class Solver<...>, of every combination

@@ -83,7 +83,7 @@ struct Cuboid {
   std::unique_ptr<Body> body = std::make_unique<BodyOf<Inert>>(Inert(any_case()));
 
   template <class Shape, class Exchanged = Wide>
-  std::unique_ptr<Solver<dim, Shape, Exchanged>> build() {
+  std::unique_ptr<Solver<dim>> build() {
     const double pitch = h / points_per_cell;
     std::array<int, 3> n{1, 1, 1};
     for (std::size_t d = 0; d < dim; ++d) n[d] = (high[d] - low[d]) * points_per_cell;
@@ -116,10 +116,11 @@ struct Cuboid {
           initial.push_back({stress(points.x[p]), void_ratio, granular_temperature(points.x[p])});
         }
     numerics.h = h;
-    return std::make_unique<Solver<dim, Shape, Exchanged>>(
-        SolverSetup<dim>{box, pitch, solid_density, gravity, walls, {}, Kinematics::axisymmetric,
-                         numerics},
-        std::move(points), std::move(body), initial);
+    return std::make_unique<Solver<dim>>(
+        SolverSetup<dim>{
+            box, pitch, solid_density, gravity, walls, {}, Kinematics::axisymmetric, numerics},
+        make_transfer_kernel<dim, Shape, Exchanged>(box, h, pitch), std::move(points),
+        std::move(body), initial);
   }
 };
 

@@ -19,12 +19,12 @@ constexpr double height = 1.0, gravity = 9.81, cell = 0.1;
 
 /// A block at rest with the given velocity field, and a watch on it.
 struct Watched {
-  std::unique_ptr<Solver<2, BSpline<2>>> solver;
+  std::unique_ptr<Solver<2>> solver;
   Watch watch;
   explicit Watched(std::function<Eigen::Vector2d(const Eigen::Vector2d&)> velocity,
                    VolumetricAveraging averaging = VolumetricAveraging::cell)
       : solver(build(velocity, averaging)), watch(*solver, height, gravity, cell) {}
-  static std::unique_ptr<Solver<2, BSpline<2>>> build(
+  static std::unique_ptr<Solver<2>> build(
       const std::function<Eigen::Vector2d(const Eigen::Vector2d&)>& velocity,
       VolumetricAveraging averaging) {
     Cuboid<PlaneStrain> block{.box = {20, 20}, .low = {4, 4}, .high = {12, 12}};

@@ -1,7 +1,5 @@
 // Fields that points share over the nodes beside their motion: granular temperature, and averages.
-#pragma once
-
-#include "mpm/step/stages_transfer.hpp"
+#include "mpm/step/solver.hpp"
 
 namespace grainpair {
 
@@ -11,8 +9,8 @@ namespace grainpair {
 /// The functions' slopes cancel at every point, so that nothing is gained or lost; where a point is
 /// asked for more than it holds, what that creates is booked. Explicit, in sub-steps of half the
 /// largest stable, 3/2 rho h^2/(4 dim kappa).
-template <int D, class S, class E>
-void Solver<D, S, E>::conduct(double dt) {
+template <int D>
+void Solver<D>::conduct(double dt) {
   const double h = setup_.numerics.h;
   scratch_.resize(points_.size());
   std::vector<double> rates(strips_.size());  // kappa/rho [m2/s]
@@ -42,7 +40,10 @@ void Solver<D, S, E>::conduct(double dt) {
       for_each_weight(
           p, [&](Node<dim>& node, double, const Vec& slope) { node.change[0] += slope.dot(flux); });
     });
-    std::vector<Sums> sums(strips_.size());
+    struct Moved {
+      double gained = 0.0, conducted = 0.0;  // [J]
+    };
+    std::vector<Moved> sums(strips_.size());
     for_each_strip([&](std::size_t s) {
       for_each_point_of(strips_[s], [&](std::size_t p) {
         double energy = 0.0;
@@ -58,7 +59,7 @@ void Solver<D, S, E>::conduct(double dt) {
       });
     });
     double conducted = 0.0, gained = 0.0;
-    for (const Sums& s : sums) gained += s.gained, conducted += s.conducted;
+    for (const Moved& s : sums) gained += s.gained, conducted += s.conducted;
     ledger_.fluctuation += gained;
     ledger_.conduction -= gained;
     ledger_.conducted += conducted;
@@ -66,8 +67,8 @@ void Solver<D, S, E>::conduct(double dt) {
 }
 
 /// Pressures averaged over nodes; cell means need nothing but what points have given.
-template <int D, class S, class E>
-void Solver<D, S, E>::share_pressure() {
+template <int D>
+void Solver<D>::share_pressure() {
   if (setup_.numerics.averaging != VolumetricAveraging::nodal) return;
   material_.shared_pressure = material_.pressure;
   average_over_nodes(material_.shared_pressure);
@@ -75,8 +76,8 @@ void Solver<D, S, E>::share_pressure() {
 
 /// Points to nodes and back, volume-weighted: avg_p = sum_i w_ip (sum_q w_iq V_q a_q)/(sum_q w_iq
 /// V_q).
-template <int D, class S, class E>
-void Solver<D, S, E>::average_over_nodes(std::vector<double>& field) {
+template <int D>
+void Solver<D>::average_over_nodes(std::vector<double>& field) {
   // `change` is free between stages: its first number holds the weight, its second the value
   for_each_node([](Node<dim>& node, const auto&) { node.change.setZero(); });
   for_each_point([&](std::size_t p) {
@@ -94,5 +95,8 @@ void Solver<D, S, E>::average_over_nodes(std::vector<double>& field) {
     field[p] = mean;
   });
 }
+
+template class Solver<2>;
+template class Solver<3>;
 
 }  // namespace grainpair

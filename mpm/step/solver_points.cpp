@@ -1,15 +1,14 @@
 // What points make of their velocity gradients, and their new places.
-#pragma once
-
 #include "cases/failure.hpp"
-#include "mpm/step/stages_transfer.hpp"
+#include "mpm/step/solver.hpp"
+#include "mpm/step/timed.hpp"
 
 namespace grainpair {
 
 /// What points make of their velocity gradients (material_points.hpp); a point that turns inside
 /// out or leaves the grid ends the run, named.
-template <int D, class S, class E>
-void Solver<D, S, E>::update_points(StrainedPoints strained, double dt, Moves moves) {
+template <int D>
+void Solver<D>::update_points(StrainedPoints strained, double dt, Moves moves) {
   const Timed timed(times_ ? &times_->update : nullptr);
   point_sums_.assign(strips_.size(), {});
   const CellsOfStep cells{strained.rates, strained.pressures};
@@ -50,8 +49,8 @@ void Solver<D, S, E>::update_points(StrainedPoints strained, double dt, Moves mo
 }
 
 /// Where the law has already answered.
-template <int D, class S, class E>
-void Solver<D, S, E>::move_points(MovingGrid grid, double dt) {
+template <int D>
+void Solver<D>::move_points(MovingGrid grid, double dt) {
   const Timed timed(times_ ? &times_->update : nullptr);
   material_.begin(dt, true);
   point_sums_.assign(strips_.size(), {});
@@ -65,14 +64,14 @@ void Solver<D, S, E>::move_points(MovingGrid grid, double dt) {
   book_places();
 }
 
-template <int D, class S, class E>
-void Solver<D, S, E>::hold_pressures(GivingCells given) {
+template <int D>
+void Solver<D>::hold_pressures(GivingCells given) {
   spent_pressures_ = ClearingCells(std::move(pressures_));
   pressures_ = GivenCells(std::move(given));
 }
 
-template <int D, class S, class E>
-void Solver<D, S, E>::book_places() {
+template <int D>
+void Solver<D>::book_places() {
   double potential = 0.0;
   for (const PointSums& s : point_sums_) {
     potential += reduce(s.potential);
@@ -89,5 +88,8 @@ void Solver<D, S, E>::book_places() {
   ledger_.time_integration += ledger_.potential - potential;
   ledger_.potential = potential;
 }
+
+template class Solver<2>;
+template class Solver<3>;
 
 }  // namespace grainpair

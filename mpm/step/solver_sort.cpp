@@ -1,6 +1,4 @@
 // The start of a run, and the order that points are kept in.
-#pragma once
-
 #include <fmt/format.h>
 
 #include <numeric>
@@ -9,18 +7,29 @@
 
 namespace grainpair {
 
-template <int D, class S, class E>
-Solver<D, S, E>::Solver(const SolverSetup<dim>& setup, Points<dim> points,
-                        std::unique_ptr<Body> body, const std::vector<InitialState>& initial)
+/// The kernel's axes carry the grid, and its points exchange numbers in its precision.
+template <int D>
+Solver<D>::Solver(const SolverSetup<dim>& setup, std::unique_ptr<TransferKernel<dim>> kernel,
+                  Points<dim> points, std::unique_ptr<Body> body,
+                  const std::vector<InitialState>& initial)
     : setup_(setup),
-      grid_(setup.cells, setup.numerics.h, setup.point_size),
-      material_(setup.numerics, std::move(points), setup.point_size, setup.solid_density,
-                setup.gravity, halves == 2, setup.axisymmetric),
-      body_(std::move(body)),
-      velocities_(halves == 1 ? 0 : grid_.nodes.size()) {
+      kernel_(std::move(kernel)),
+      exchange_{MaterialPoints<dim>(setup.numerics, std::move(points), setup.point_size,
+                                    setup.solid_density, setup.gravity, kernel_->single,
+                                    setup.axisymmetric),
+                Grid<dim>(kernel_->axes()),
+                {},
+                setup.numerics.transfer},
+      strip_width_(dim == 2 ? 5 : (kernel_->reach + colours - 1) / (colours - 1)),
+      body_(std::move(body)) {
+  if ((colours - 1) * strip_width_ < kernel_->reach + 1)
+    throw std::logic_error("strips of one colour would share nodes");
   material_.box.inverse_h = 1.0 / setup.numerics.h;
   for (int d = 0; d < dim; ++d) material_.box.length[d] = grid_.axes[d].cells * grid_.axes[d].h;
-  if constexpr (halves == 2) points_.affine.keep_single();
+  if (kernel_->single) {
+    points_.affine.keep_single();
+    velocities_.resize(grid_.nodes.size());
+  }
   initialise(initial);
   sort_points();
   first_limit_ =
@@ -30,8 +39,8 @@ Solver<D, S, E>::Solver(const SolverSetup<dim>& setup, Points<dim> points,
 }
 
 /// The law's state at the start, and what it says of it.
-template <int D, class S, class E>
-void Solver<D, S, E>::initialise(const std::vector<InitialState>& initial) {
+template <int D>
+void Solver<D>::initialise(const std::vector<InitialState>& initial) {
   Order order;  // as they are, in whole blocks
   order.from.resize(initial.size());
   std::iota(order.from.begin(), order.from.end(), 0u);
@@ -63,8 +72,8 @@ void Solver<D, S, E>::initialise(const std::vector<InitialState>& initial) {
 
 /// Sorts points by cell, cuts them into strips, and finds the nodes they can reach until the next
 /// sorting.
-template <int D, class S, class E>
-void Solver<D, S, E>::sort_points() {
+template <int D>
+void Solver<D>::sort_points() {
   std::vector<std::uint32_t> points;
   points.reserve(points_.size());
   for (const std::size_t p : points_.occupied()) points.push_back(static_cast<std::uint32_t>(p));
@@ -83,10 +92,10 @@ void Solver<D, S, E>::sort_points() {
 /// have left over follows at the end, and fillers make it whole blocks. In a flowing column, whose
 /// cells hold three points or five, all blocks but the last would else straddle cells and share no
 /// nodes.
-template <int D, class S, class E>
-Order Solver<D, S, E>::in_cell_order(const std::vector<std::uint32_t>& points,
-                                     const std::vector<std::size_t>& cell) {
-  std::size_t strip_cells = strip_width;
+template <int D>
+Order Solver<D>::in_cell_order(const std::vector<std::uint32_t>& points,
+                               const std::vector<std::size_t>& cell) {
+  auto strip_cells = static_cast<std::size_t>(strip_width_);
   for (int d = 1; d < dim; ++d) strip_cells *= static_cast<std::size_t>(setup_.cells[d]);
   Order order;
   order.from.reserve(points.size() + points.size() / 64);
@@ -114,8 +123,8 @@ Order Solver<D, S, E>::in_cell_order(const std::vector<std::uint32_t>& points,
 }
 
 /// Cells to either side of the points that they can drift into, and the nodes those reach.
-template <int D, class S, class E>
-void Solver<D, S, E>::find_active_box(const std::vector<std::uint32_t>& points) {
+template <int D>
+void Solver<D>::find_active_box(const std::vector<std::uint32_t>& points) {
   for (int d = 0; d < dim; ++d) {
     int low = setup_.cells[d], high = 0;
     for (const auto p : points) {
@@ -123,13 +132,13 @@ void Solver<D, S, E>::find_active_box(const std::vector<std::uint32_t>& points) 
       low = std::min(low, c), high = std::max(high, c);
     }
     material_.box.begin[d] = std::max(low - 2, 0);
-    material_.box.end[d] = std::min(high + 2 + S::support, grid_.axes[d].nodes);
+    material_.box.end[d] = std::min(high + 2 + kernel_->support, grid_.axes[d].nodes);
   }
 }
 
 /// To the cells of a new box.
-template <int D, class S, class E>
-void Solver<D, S, E>::give_pressures_anew() {
+template <int D>
+void Solver<D>::give_pressures_anew() {
   const Numerics& numerics = setup_.numerics;
   const std::size_t cells = material_.box.cells();
   spent_rates_.resize(numerics.averages_rates() ? cells : 0);
@@ -145,8 +154,8 @@ void Solver<D, S, E>::give_pressures_anew() {
 }
 
 /// Energies held at the start.
-template <int D, class S, class E>
-void Solver<D, S, E>::measure_held_energy() {
+template <int D>
+void Solver<D>::measure_held_energy() {
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const double m = points_.mass[p];
     ledger_.kinetic += 0.5 * m * points_.v[p].squaredNorm();
@@ -160,8 +169,8 @@ void Solver<D, S, E>::measure_held_energy() {
 /// may lose all its stress, and with it all that limits the step; what it meets when contact comes
 /// back is not known before, but the step that was stable at the start, four times, still finds it
 /// in time.
-template <int D, class S, class E>
-TimeStep Solver<D, S, E>::stable_step() const {
+template <int D>
+TimeStep Solver<D>::stable_step() const {
   TimeStep out{std::numeric_limits<double>::infinity(), Limit::none, 0};
   if (fastest_.rate > 0.0) out = {2.0 / fastest_.rate, fastest_.limit, fastest_.point};
   if (4.0 * first_limit_ < out.dt) out = {4.0 * first_limit_, Limit::none, 0};
@@ -169,5 +178,8 @@ TimeStep Solver<D, S, E>::stable_step() const {
   if (max_speed_ > 0.0) out.dt = std::min(out.dt, 0.2 * setup_.numerics.h / max_speed_);
   return out;
 }
+
+template class Solver<2>;
+template class Solver<3>;
 
 }  // namespace grainpair

@@ -1,0 +1,154 @@
+// Between points and grid: the way there, the balance of momentum on the nodes, and the way back.
+#include "mpm/step/solver.hpp"
+#include "mpm/step/timed.hpp"
+#include "mpm/transfer/transfer.hpp"
+
+namespace grainpair {
+
+/// Nodes without momentum, cells without sums.
+template <int D>
+auto Solver<D>::clear_grid() -> ClearedGrid {
+  const Timed timed(times_ ? &times_->to_grid : nullptr);
+  const auto& box = material_.box;
+  const auto slices = static_cast<std::size_t>(box.end[0] - box.begin[0]);
+  for_each_slice([&](int i) {
+    const auto slice = static_cast<std::size_t>(i - box.begin[0]);
+    spent_rates_.clear_slice(slice, slices);
+    spent_pressures_.clear_slice(slice, slices);
+    clear_nodes(i);
+  });
+  return {{GivingCells(std::move(spent_rates_)), GivingCells(std::move(spent_pressures_))}};
+}
+
+/// The same in the middle of a step; cells have been given nothing yet.
+template <int D>
+auto Solver<D>::clear_grid(MovingGrid old) -> ClearedGrid {
+  for_each_slice([&](int i) { clear_nodes(i); });
+  return {std::move(old.cells)};
+}
+
+template <int D>
+void Solver<D>::clear_nodes(int slice) {
+  for_each_node_of_slice(slice, [](Node<dim>& node, const auto&) {
+    node.motion.setZero();
+    node.change.setZero();
+    node.mass = 0.0;
+  });
+}
+
+template <int D>
+auto Solver<D>::scatter(ClearedGrid grid, Forces forces) -> LoadedGrid {
+  const Timed timed(times_ ? &times_->to_grid : nullptr);
+  for_each_strip(
+      [&](std::size_t s) { kernel_->scatter(strips_[s], forces, pressures_, exchange_); });
+  return {std::move(grid.cells)};
+}
+
+/// What gate and walls make of a nodal velocity.
+template <int D>
+[[gnu::noinline]] auto Solver<D>::constrained_here(Vec v, const std::array<int, dim>& node,
+                                                   double time) const -> Vec {
+  if (setup_.gate.present && v[0] > 0.0 &&
+      setup_.gate.closes(grid_.axes[0].node_position[static_cast<std::size_t>(node[0])],
+                         grid_.axes[1].node_position[static_cast<std::size_t>(node[1])], time))
+    v[0] = 0.0;
+  for (int d = dim - 1; d >= 0; --d) {
+    if (node[d] > 0 && node[d] < grid_.axes[d].nodes - 1) continue;
+    if (node[d] == 0) v = setup_.walls[d][0].apply(v, d, 1.0);
+    if (node[d] == grid_.axes[d].nodes - 1) v = setup_.walls[d][1].apply(v, d, -1.0);
+  }
+  return v;
+}
+
+/// v_new = v + dt (f/m + g), then the walls. Work of each force is taken with the mean of old and
+/// final velocity, so that it equals the change of nodal kinetic energy exactly. The walls act
+/// twice: first on what the points' momenta ask for, which the walls had refused already at the end
+/// of the last step: what that costs is the transfer's doing, not theirs. Fixed walls and rollers
+/// then do no work, and the wall's account holds friction alone.
+template <int D>
+[[gnu::flatten]] auto Solver<D>::accelerate(LoadedGrid grid, double dt) -> MovingGrid {
+  work_.assign(static_cast<std::size_t>(material_.box.end[0]), {});
+  for_each_slice([&](int i) {
+    Work sum;
+    for_each_node_of_slice(i, [&](Node<dim>& node, const auto& index) {
+      const double m = node.mass;
+      if (m <= 0.0) {
+        node.motion.setZero();
+        node.change.setZero();
+        hand_out(node);
+        return;
+      }
+      const double inverse = 1.0 / m;
+      const Vec mapped = inverse * node.motion;
+      const Vec old = constrained(mapped, index, time_);
+      const Vec free = old + dt * (inverse * node.change + setup_.gravity);
+      const Vec v = constrained(free, index, time_ + dt);
+      const Vec momentum = (0.5 * m) * (old + v);
+      sum.gain += momentum.dot(v - old);
+      sum.wall += momentum.dot(free - v);
+      node.motion = v;
+      node.change = v - mapped;
+      hand_out(node);
+    });
+    work_[static_cast<std::size_t>(i)] = sum;
+  });
+  for (const Work& c : work_) {
+    ledger_.transfer += c.gain;  // the points book the other halves of both mappings
+    ledger_.wall += c.wall;
+    ledger_.time_integration -=
+        c.gain + c.wall;  // work of force and gravity, until law and potential energy book theirs
+  }
+  return {std::move(grid.cells)};
+}
+
+/// Momenta to velocities, without forces: for gradients taken from the points' own momenta.
+template <int D>
+auto Solver<D>::constrain(LoadedGrid grid) -> MovingGrid {
+  for_each_node([&](Node<dim>& node, const auto& index) {
+    if (node.mass > 0.0) node.motion = constrained(Vec(node.motion / node.mass), index, time_);
+    hand_out(node);
+  });
+  return {std::move(grid.cells)};
+}
+
+template <int D>
+void Solver<D>::sharpen_velocity(MovingGrid& /*grid*/) {
+  Xpic::sharpen<Vec>(*this, setup_.numerics.xpic_order,
+                     [&](const Vec& v, const auto& index) { return constrained(v, index, time_); });
+}
+
+/// From the nodes to the points: new velocity, affine part and displacement, or grad v, or both in
+/// one pass over the nodes.
+template <int D>
+void Solver<D>::sweep_nodes(GivingCells& rates, Gathered what, double dt) {
+  const Timed timed(times_ ? &times_->to_points : nullptr);
+  const Filter filter{relaxed(dt, setup_.numerics.relaxation_time),
+                      relaxed(dt, setup_.numerics.gradient_relaxation_time)};
+  sums_.assign(strips_.size(), {});
+  for_each_strip([&](std::size_t s) {
+    sums_[s] = kernel_->gather(strips_[s], rates, what, filter, dt, exchange_);
+  });
+  if (what == Gathered::gradient) return;
+  double before = 0.0, after = 0.0;
+  max_speed_ = 0.0;
+  for (const GatherSums& s : sums_) {
+    before += s.kinetic_before, after += s.kinetic_after;
+    max_speed_ = std::max(max_speed_, s.speed);
+  }
+  ledger_.transfer += before - after;
+  ledger_.kinetic = after;
+  drift_ += max_speed_ * dt;
+}
+
+template <int D>
+auto Solver<D>::gathered(MovingGrid grid, Gathered what, double dt) -> StrainedPoints {
+  sweep_nodes(grid.cells.rates, what, dt);
+  if (setup_.numerics.averaging == VolumetricAveraging::nodal)
+    average_over_nodes(material_.volumetric_rate);
+  return {GivenCells(std::move(grid.cells.rates)), std::move(grid.cells.pressures)};
+}
+
+template class Solver<2>;
+template class Solver<3>;
+
+}  // namespace grainpair
