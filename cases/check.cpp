@@ -1,6 +1,6 @@
 #include "cases/check.hpp"
 
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>

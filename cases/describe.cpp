@@ -1,6 +1,5 @@
 // What a schema says of its keys, for a reader.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 #include "cases/hints.hpp"
 
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>

@@ -96,24 +96,29 @@ def shellcheck() -> str:
 
 def clang_tidy() -> str:
     """Findings in the files of TIDY, several looked at side by side."""
-    commands = {
-        str(Path(entry["file"]).relative_to(ROOT)): compiler(entry["command"])
-        for entry in json.loads(program("compile_commands.json").read_text())
-        if Path(entry["file"]).is_relative_to(ROOT)
-    }
+    commands = {}
+    for entry in json.loads(program("compile_commands.json").read_text()):
+        words_of_it = shlex.split(entry["command"])
+        output = words_of_it[words_of_it.index("-o") + 1]
+        commands[folder_of(output)] = compiler(entry["command"])
     chosen = [
         str(file.relative_to(ROOT))
         for pattern in TIDY
         for file in sorted(ROOT.glob(pattern))
         if not file.name.endswith("_main.cpp")
     ]
-    lost = [name for name in chosen if name not in commands]
+    lost = [name for name in chosen if folder_of(name) not in commands]
     if lost:
         return f"{', '.join(lost)}: not part of the build (see {program('compile_commands.json')})"
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        told = pool.map(lambda name: tidy(name, commands[name]), chosen)
+        told = pool.map(lambda name: tidy(name, commands[folder_of(name)]), chosen)
     findings = re.split(r"^(?=/\S+:\d+:\d+: (?:error|warning))", "".join(told), flags=re.M)
     return "".join(dict.fromkeys(findings)).strip()  # a header's are told with every file
+
+
+def folder_of(file: str) -> str:
+    """The folder that a source or an object is of; all that it compiles is told the same flags."""
+    return file.split("/", 1)[0]
 
 
 def compiler(command: str) -> list[str]:

@@ -1,6 +1,5 @@
 // grain_map: runs of either engine -> fields of both on one grid, through one kernel of one width.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <omp.h>
 
 #include <cstdio>
@@ -149,7 +148,8 @@ void map_all(const std::vector<RunFile>& runs, const Options& o, H5File& out) {
   out.set("/", "cutoff", reach);
   out.set("/", "walls", o.walls);
   for (const auto& run : runs)
-    map_run(run, "/" + fs::path(run.file().path()).stem().string(), grid, kernel, o, out);
+    map_run(run, fmt::format("/{}", fs::path(run.file().path()).stem().string()), grid, kernel, o,
+            out);
 }
 
 void map(const Options& o) {

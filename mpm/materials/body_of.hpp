@@ -34,10 +34,10 @@ class BodyOf final : public Body {
   }
 
   void update(std::size_t first, Batch& batch) override {
-    if constexpr (by_regime) {
-      if (batch.in_plane) return update_all<InPlane>(first, batch);
-    }
-    update_all<InSpace>(first, batch);
+    if (batch.in_plane)
+      update_all<InPlane>(first, batch);
+    else
+      update_all<InSpace>(first, batch);
   }
 
   void advance(MaterialPoints<2>& points, const CellsOfStep& cells, const Strip& strip,

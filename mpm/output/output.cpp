@@ -1,10 +1,9 @@
 #include "mpm/output/output.hpp"
 
-#include <fmt/chrono.h>
-#include <fmt/ranges.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <ctime>
 
 #include "mpm/step/simulation.hpp"
 #include "mpm/version.hpp"
@@ -65,8 +64,13 @@ class Records {
 };
 
 std::string today() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  return fmt::format("{:%Y-%m-%d %H:%M:%S +0000}", fmt::gmtime(now));
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 32> text{};
+  const std::size_t written =
+      std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S +0000", &utc);
+  return {text.data(), written};
 }
 
 std::string host() {

@@ -128,7 +128,10 @@ int main(int argc, char** argv) {
   if (const auto done = line.parse(argc, argv)) return *done;
   omp_set_num_threads(threads);
   std::string command;
-  for (int i = 0; i < argc; ++i) command += (i ? " " : "") + std::string(argv[i]);
+  for (int i = 0; i < argc; ++i) {
+    if (i > 0) command += ' ';
+    command += argv[i];
+  }
   try {
     Start start{seed};
     if (!packing.empty()) start.packing.emplace(packing);

@@ -4,6 +4,7 @@
 #include "cases/case.hpp"
 #include "mpm/materials/body_of.hpp"
 #include "mpm/step/solver.hpp"
+#include "mpm/transfer/transfer.hpp"
 
 namespace grainpair::test {
 

@@ -1,6 +1,8 @@
 // Granular temperature: what is motion and what is fluctuation about it.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include "tests/cpp/coarse_grain_scene.hpp"
 
 namespace grainpair {

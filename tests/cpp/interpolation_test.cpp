@@ -20,18 +20,20 @@ struct Scene {
   using Vec = Eigen::Matrix<double, Dim, 1>;
   static constexpr int cells = 6;
 
-  Grid<Dim, Shape> grid;
+  std::vector<typename Shape::Axis> axes;
+  Grid<Dim> grid;
   std::array<Vec, Real::size()> x;
   std::vector<FloatNode<Dim>> velocities;
   std::mt19937_64 random{7};
 
-  static std::array<int, Dim> box() {
-    std::array<int, Dim> out;
-    out.fill(cells);
+  static std::array<GridAxis, Dim> along(const std::vector<typename Shape::Axis>& axes) {
+    std::array<GridAxis, Dim> out;
+    std::copy(axes.begin(), axes.end(), out.begin());
     return out;
   }
   /// As many points as `together` in a cell, the cells anywhere, near walls, too.
-  explicit Scene(std::size_t together) : grid(box(), 0.1, 0.05) {
+  explicit Scene(std::size_t together)
+      : axes(Dim, typename Shape::Axis(cells, 0.1, 0.05)), grid(along(axes)) {
     Vec corner;
     for (std::size_t point = 0; point < x.size(); ++point)
       for (int d = 0; d < Dim; ++d) {
@@ -64,9 +66,9 @@ struct Scene {
         return Wide([&](auto lane) { return x[first + lane][d]; });
       };
       if constexpr (std::is_same_v<Real, Wide>)
-        Shape::evaluate(grid.axes[d], half(0), out.n[d]);
+        Shape::evaluate(axes[static_cast<std::size_t>(d)], half(0), out.n[d]);
       else
-        Shape::evaluate(grid.axes[d], {half(0), half(Wide::size())}, out.n[d]);
+        Shape::evaluate(axes[static_cast<std::size_t>(d)], {half(0), half(Wide::size())}, out.n[d]);
     }
     return out;
   }
@@ -74,7 +76,8 @@ struct Scene {
   template <class F>
   void each_node(std::size_t lane, F&& f) {
     std::array<Weights<double, Shape::support>, Dim> n;
-    for (int d = 0; d < Dim; ++d) Shape::evaluate(grid.axes[d], x[lane][d], n[d]);
+    for (int d = 0; d < Dim; ++d)
+      Shape::evaluate(axes[static_cast<std::size_t>(d)], x[lane][d], n[d]);
     constexpr int layers = Dim == 3 ? Shape::support : 1;
     for (int i = 0; i < Shape::support; ++i)
       for (int j = 0; j < Shape::support; ++j)
