@@ -140,6 +140,7 @@ class LadeDuncan {
 
   /// Newton on  (a/a_ref) w + m N(w) = r,  f(w) = 0, where r = c |trial|/a_ref is real, for the
   /// points that are wanted.
+  /// long: residual, derivatives and solution of one system in three unknowns share their names.
   template <class T, class SizeOf, class Real = typename T::Scalar>
   ConeReturn<T> project(const Hyperelastic& elasticity, const T& trial, const Real& a_ref,
                         const Mask<Real>& wanted, SizeOf size_of) const {

@@ -225,25 +225,7 @@ class MaterialPoints {
     step.void_ratio_old = e;
     step.void_ratio = (1.0 + e) * J - 1.0;
     out.detached = 0.0;
-    const Wide mass = block.load(points.mass);
-    if (const auto fills = (1.0 + step.void_ratio) * mass >= most_solid(block); any(fills)) {
-      // A detached point sees no neighbours to keep det F from growing, and its volume multiplies
-      // whatever stress it is left with; yet it cannot stand for more than the cell it lies in.
-      // Points so few that they fill their cells from the start are still in contact until they
-      // have grown to twice their size.
-      const auto log = [](const Wide& a) {
-        return each_lane([](double b) { return std::log(b); }, a);
-      };
-      const Wide loosest = most_solid(block) / mass - 1.0;
-      const Wide room = log((1.0 + loosest) / (1.0 + e));
-      const Wide share = select(fills, select(room > 0.0, room / log(J), Wide(0.0)), Wide(1.0));
-      sums.detached +=
-          reduce(dt_ * (1.0 - share) * (block.load(points.mass) * (1.0 + e) * specific_volume_) *
-                 points.sigma.load(block).dot(step.D));
-      step.void_ratio = select(fills, loosest, step.void_ratio);
-      step.D = share * step.D;
-      out.detached = select(fills, Wide(1.0), Wide(0.0));
-    }
+    detach_full(block, J, out, sums);
     if (!all(step.void_ratio > 0.0))
       for (std::size_t lane = 0; lane < Wide::size(); ++lane)
         if (!(step.void_ratio[lane] > 0.0 || points.mass[block(lane)] == 0.0))
@@ -253,6 +235,28 @@ class MaterialPoints {
         block.load(points.deviatoric_strain) + dt_ * std::sqrt(2.0 / 3.0) * deviator(step.D).norm(),
         points.deviatoric_strain);
     return out;
+  }
+
+  /// A point that has come to fill its cell sees no neighbours to keep det F from growing, and its
+  /// volume multiplies whatever stress it is left with; yet it cannot stand for more than the cell
+  /// it lies in. Points so few that they fill their cells from the start are still in contact until
+  /// they have grown to twice their size. J: of the step, as if it were not detached.
+  void detach_full(const Block& block, const Wide& J, Strained& strained, PointSums& sums) const {
+    auto& step = strained.step;
+    const Wide mass = block.load(points.mass);
+    const auto fills = (1.0 + step.void_ratio) * mass >= most_solid(block);
+    if (!any(fills)) return;
+    const auto log = [](const Wide& a) {
+      return each_lane([](double b) { return std::log(b); }, a);
+    };
+    const Wide e = step.void_ratio_old, loosest = most_solid(block) / mass - 1.0;
+    const Wide room = log((1.0 + loosest) / (1.0 + e));
+    const Wide share = select(fills, select(room > 0.0, room / log(J), Wide(0.0)), Wide(1.0));
+    sums.detached += reduce(dt_ * (1.0 - share) * (mass * (1.0 + e) * specific_volume_) *
+                            points.sigma.load(block).dot(step.D));
+    step.void_ratio = select(fills, loosest, step.void_ratio);
+    step.D = share * step.D;
+    strained.detached = select(fills, Wide(1.0), Wide(0.0));
   }
 
   /// What the law made of it, to the points and to the sums. What a law without fluctuations leaves

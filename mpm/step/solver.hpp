@@ -298,4 +298,7 @@ class Solver final : public Simulation {
   StageTimes* times_ = nullptr;  // where somebody asks for them
 };
 
+extern template class Solver<2>;
+extern template class Solver<3>;
+
 }  // namespace grainpair

@@ -72,4 +72,4 @@ std::unique_ptr<TransferKernel<Dim>> make_transfer_kernel(const std::array<int, 
 
 }  // namespace grainpair
 
-#include "mpm/kernels.hpp"  // extern template of make_transfer_kernel, of every combination
+#include "mpm/kernels.hpp"  // made by the build: every combination as extern template
