@@ -139,7 +139,7 @@ class BareKernels {
         for (int j = 0; j < support; ++j) f(i * stride_[0] + j * stride_[1], i, j);
     }
   }
-  [[gnu::flatten]] void to_grid(const Points& p) {
+  GRAINPAIR_FLATTEN void to_grid(const Points& p) {
     const Place at = place(p.x);
     for_each_row([&](int offset, int i, int j) {
       Vec momentum = p.v + at.xi[0][i] * p.gradient[0], force = at.dw[0][i] * row(p.stress, 0);
@@ -165,7 +165,7 @@ class BareKernels {
       }
     });
   }
-  [[gnu::flatten]] void to_point(Points& p, double dt) {
+  GRAINPAIR_FLATTEN void to_point(Points& p, double dt) {
     const Place at = place(p.x);
     Vec v = Vec::Zero();
     Mat gradient = zero();

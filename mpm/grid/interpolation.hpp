@@ -220,7 +220,7 @@ Collected<Dim, Real> collect(const Neighbours<Dim, Support, Real>& at) {
 /// In space a function of its own: beside the sums over 27 nodes a call is nothing, and the
 /// compiler meets them but once.
 template <bool Moments, int Support, class Real>
-[[gnu::noinline, gnu::flatten]] Collected<3, Real> collect_in_space(
+[[gnu::noinline]] GRAINPAIR_FLATTEN Collected<3, Real> collect_in_space(
     const Neighbours<3, Support, Real>& at) {
   return collect<Moments>(at);
 }

@@ -56,8 +56,8 @@ void give_together(const Given<3, Real>& points, const Neighbours<3, Support, Re
 }
 
 template <int Support, class Real>
-[[gnu::noinline, gnu::flatten]] void give(const Given<3, Real>& points,
-                                          const Neighbours<3, Support, Real>& at) {
+[[gnu::noinline]] GRAINPAIR_FLATTEN void give(const Given<3, Real>& points,
+                                              const Neighbours<3, Support, Real>& at) {
   const auto first = at.first();
   if (shared(first)) return give_together(points, at, shared_nodes(at.nodes, first));
   const auto& [x, y, z] = at.n;

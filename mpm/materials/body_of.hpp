@@ -92,7 +92,7 @@ class BodyOf final : public Body {
       64;  // points of which those of one regime are brought together: few enough for the cache
 
   template <class Where>
-  [[gnu::noinline, gnu::flatten]] void update_all(std::size_t first, Batch& batch) {
+  [[gnu::noinline]] GRAINPAIR_FLATTEN void update_all(std::size_t first, Batch& batch) {
     if constexpr (by_regime) {
       for (std::size_t begin = 0; begin < batch.size; begin += window)
         update_by_regime<Where>(first, batch, begin, std::min(begin + window, batch.size));
@@ -116,8 +116,8 @@ class BodyOf final : public Body {
 
   /// Block by block; through a batch where points of one regime are to be brought together.
   template <bool Axisymmetric, int Dim>
-  [[gnu::flatten]] void advance_as(MaterialPoints<Dim>& points, const CellsOfStep& cells,
-                                   const Strip& strip, PointSums& out) {
+  GRAINPAIR_FLATTEN void advance_as(MaterialPoints<Dim>& points, const CellsOfStep& cells,
+                                    const Strip& strip, PointSums& out) {
     PointSums sums;
     if constexpr (by_regime)
       advance_by_regime<Axisymmetric>(points, cells, strip, sums);
@@ -243,8 +243,8 @@ class BodyOf final : public Body {
 
   /// A function of its own: such laws are long, and would else be compiled at every call.
   template <class Where>
-  [[gnu::noinline, gnu::flatten]] void update_block(Arrays<State>& state, std::size_t first,
-                                                    Batch& batch, const Block& block) const {
+  [[gnu::noinline]] GRAINPAIR_FLATTEN void update_block(Arrays<State>& state, std::size_t first,
+                                                        Batch& batch, const Block& block) const {
     update<Where>(law_, state, first, batch, block);
   }
 

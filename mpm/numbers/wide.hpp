@@ -11,6 +11,13 @@
 #include <cmath>
 #include <experimental/simd>
 
+/// All that a function calls becomes part of it. Not under sanitizers: their checks would multiply.
+#ifdef __SANITIZE_ADDRESS__
+#define GRAINPAIR_FLATTEN
+#else
+#define GRAINPAIR_FLATTEN [[gnu::flatten]]
+#endif
+
 namespace grainpair {
 
 /// Four, whatever the machine: nodes' numbers come by fours, too.

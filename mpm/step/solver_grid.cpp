@@ -66,7 +66,7 @@ template <int D>
 /// of the last step: what that costs is the transfer's doing, not theirs. Fixed walls and rollers
 /// then do no work, and the wall's account holds friction alone.
 template <int D>
-[[gnu::flatten]] auto Solver<D>::accelerate(LoadedGrid grid, double dt) -> MovingGrid {
+GRAINPAIR_FLATTEN auto Solver<D>::accelerate(LoadedGrid grid, double dt) -> MovingGrid {
   work_.assign(static_cast<std::size_t>(material_.box.end[0]), {});
   for_each_slice([&](int i) {
     Work sum;

@@ -100,9 +100,9 @@ class TransferKernelOf final : public TransferKernel<Dim> {
 /// where C_p is the point's own gradient or B_p D_p^-1, D_p = sum_i w_ip (X_i - x_p)(X_i - x_p)^T,
 /// diagonal for tensor-product functions. (Compression is positive, hence the sign of f.)
 template <int Dim, class S, class E>
-[[gnu::flatten]] void TransferKernelOf<Dim, S, E>::scatter(const Strip& strip, Forces forces,
-                                                           const GivenCells& pressures,
-                                                           Exchange<Dim>& on) const {
+GRAINPAIR_FLATTEN void TransferKernelOf<Dim, S, E>::scatter(const Strip& strip, Forces forces,
+                                                            const GivenCells& pressures,
+                                                            Exchange<Dim>& on) const {
   const Affine affine = affine_of(on.transfer);
   const auto& points = on.material.points;
   for_each_blocks<E>(strip.begin, strip.end, [&](const Blocks<E>& blocks) {
@@ -179,11 +179,11 @@ void TransferKernelOf<Dim, S, E>::take_gradient(const Block& block, const VecOf<
 
 template <int Dim, class S, class E>
 template <bool Carries>
-[[gnu::flatten]] GatherSums TransferKernelOf<Dim, S, E>::gather_as(const Strip& strip,
-                                                                   GivingCells& rates,
-                                                                   Gathered what,
-                                                                   const Filter& filter, double dt,
-                                                                   Exchange<Dim>& on) const {
+GRAINPAIR_FLATTEN GatherSums TransferKernelOf<Dim, S, E>::gather_as(const Strip& strip,
+                                                                    GivingCells& rates,
+                                                                    Gathered what,
+                                                                    const Filter& filter, double dt,
+                                                                    Exchange<Dim>& on) const {
   WideSums sums;
   for_each_blocks<E>(strip.begin, strip.end, [&](const Blocks<E>& blocks) {
     const auto at = neighbours(blocks, on);
