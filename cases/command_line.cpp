@@ -84,7 +84,8 @@ CommandLine& CommandLine::option(const std::string& names, Value& value, const s
                        [&](const std::string& word) { return read(word, value); });
   };
   parser_->last = parser_->app.add_option(names, take, doc);
-  if constexpr (is_list<Value>) parser_->last->expected(1, CLI::detail::expected_max_vector_size);
+  if constexpr (is_list<Value>)
+    parser_->last->expected(1, CLI::detail::expected_max_vector_size)->allow_extra_args();
   return *this;
 }
 template CommandLine& CommandLine::option(const std::string&, std::string&, const std::string&);

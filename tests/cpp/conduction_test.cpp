@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/cpp/block.hpp"
+#include "tests/cpp/inert.hpp"
 
 namespace grainpair {
 namespace {

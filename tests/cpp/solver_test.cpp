@@ -5,7 +5,9 @@
 #include <map>
 #include <set>
 
+#include "mpm/transfer/transfer.hpp"
 #include "tests/cpp/block.hpp"
+#include "tests/cpp/inert.hpp"
 
 namespace grainpair {
 namespace {
