@@ -102,7 +102,7 @@ template CommandLine& CommandLine::option(const std::string&, std::vector<std::s
 CommandLine& CommandLine::repeated(const std::string& names, std::vector<std::string>& values,
                                    const std::string& doc) {
   option(names, values, doc);
-  parser_->last->expected(1)->take_all();
+  parser_->last->expected(1)->allow_extra_args(false)->take_all();
   return *this;
 }
 
