@@ -1,9 +1,9 @@
 // The material points: structure of arrays, plain data, kept in the order of the cells they lie in.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <ranges>
 #include <vector>
 
 #include "mpm/numbers/arrays.hpp"
@@ -32,6 +32,39 @@ void reorder_field(Field& field, const Order& order) {
   field.swap(sorted);
 }
 
+/// The places of points that are no fillers: a range of numbers.
+class Occupied {
+ public:
+  class Iterator {
+   public:
+    Iterator(const std::vector<double>& mass, std::size_t p) : mass_(&mass), p_(p) { skip(); }
+    std::size_t operator*() const { return p_; }
+    Iterator& operator++() {
+      ++p_;
+      skip();
+      return *this;
+    }
+    bool operator==(const Iterator& other) const { return p_ == other.p_; }
+
+   private:
+    void skip() {
+      while (p_ < mass_->size() && (*mass_)[p_] == 0.0) ++p_;
+    }
+    const std::vector<double>* mass_;
+    std::size_t p_;
+  };
+
+  explicit Occupied(const std::vector<double>& mass) : mass_(mass) {}
+  Iterator begin() const { return {mass_, 0}; }
+  Iterator end() const { return {mass_, mass_.size()}; }
+  std::size_t size() const {
+    return mass_.size() - static_cast<std::size_t>(std::count(mass_.begin(), mass_.end(), 0.0));
+  }
+
+ private:
+  const std::vector<double>& mass_;
+};
+
 template <int Dim>
 struct Points {
   static constexpr int dimension = Dim;
@@ -58,10 +91,7 @@ struct Points {
 
   std::size_t size() const { return x.size(); }  // fillers included
   /// The places of points that are no fillers, in the order they are kept in.
-  auto occupied() const {
-    return std::views::iota(std::size_t{0}, size()) |
-           std::views::filter([this](std::size_t p) { return !(mass[p] == 0.0); });
-  }
+  Occupied occupied() const { return Occupied(mass); }
 
   void resize(std::size_t n) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // whatever is not set shows

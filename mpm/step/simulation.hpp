@@ -45,9 +45,7 @@ class Simulation {
   /// How many points there are.
   std::size_t size() const {
     std::size_t count = 0;
-    visit_points([&](const auto& points) {
-      count = static_cast<std::size_t>(std::ranges::distance(points.occupied()));
-    });
+    visit_points([&](const auto& points) { count = points.occupied().size(); });
     return count;
   }
 };
