@@ -95,11 +95,11 @@ def shellcheck() -> str:
 
 def clang_tidy() -> str:
     """Findings in the files of TIDY, several looked at side by side."""
-    commands = {}
+    commands: dict[str, list[str]] = {}  # by folder, of the unit that is told most
     for entry in json.loads(program("compile_commands.json").read_text()):
-        words_of_it = shlex.split(entry["command"])
-        output = words_of_it[words_of_it.index("-o") + 1]
-        commands[folder_of(output)] = compiler(entry["command"])
+        line = shlex.split(entry["command"])
+        folder, flags = folder_of(line[line.index("-o") + 1]), compiler(entry["command"])
+        commands[folder] = max(flags, commands.get(folder, []), key=len)
     chosen = [
         str(file.relative_to(ROOT))
         for pattern in TIDY
@@ -123,15 +123,17 @@ def folder_of(file: str) -> str:
 def compiler(command: str) -> list[str]:
     """The flags of a compiler's command line.
 
-    Without its launcher, its input, its output, and what is of another compiler: warnings, and
+    Without what launches it, its input, its output, and what is of another compiler: warnings, and
     precompiled headers.
     """
+    line = shlex.split(command)
+    name = next(i for i, word in enumerate(line) if word.endswith("++"))  # c++, or a path to it
     flags: list[str] = []
-    rest = iter(shlex.split(command))
+    rest = iter(line[name + 1 :])
     for word in rest:
         if word in ("-o", "-c", "-include"):
             next(rest)
-        elif (flags or word.startswith("-")) and not word.startswith("-W"):
+        elif not word.startswith("-W"):
             flags.append(word)
     return flags
 

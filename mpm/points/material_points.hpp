@@ -155,14 +155,10 @@ class MaterialPoints {
   }
 
   /// Of points and their voids [m3/kg].
-  template <class B>
-  Wide specific_volume(const B& block) const {
+  Wide specific_volume(const Block& block) const {
     return (1.0 + block.load(points.void_ratio)) * specific_volume_;
   }
-  template <class B>
-  Wide volume(const B& block) const {
-    return block.load(points.mass) * specific_volume(block);
-  }
+  Wide volume(const Block& block) const { return block.load(points.mass) * specific_volume(block); }
   double volume(std::size_t p) const {
     return points.mass[p] * (1.0 + points.void_ratio[p]) * specific_volume_;
   }
@@ -228,7 +224,7 @@ class MaterialPoints {
     detach_full(block, J, out, sums);
     if (!all(step.void_ratio > 0.0))
       for (std::size_t lane = 0; lane < Wide::size(); ++lane)
-        if (!(step.void_ratio[lane] > 0.0 || points.mass[block(lane)] == 0.0))
+        if (!(step.void_ratio[lane] > 0.0 || points.filler(block(lane))))
           sums.inverted = static_cast<std::ptrdiff_t>(block(lane));
     block.store(step.void_ratio, points.void_ratio);
     block.store(
@@ -318,8 +314,7 @@ class MaterialPoints {
   /// What the internal force takes: the stress with the pressure through the same average as the
   /// volumetric rate, so that the work of the two is the same, sum V p avg(tr D) = sum V avg(p) tr
   /// D [Pa].
-  template <class B>
-  WideTensor felt_stress(const B& block, const GivenCells& pressures) const {
+  WideTensor felt_stress(const Block& block, const GivenCells& pressures) const {
     const WideTensor sigma = points.sigma.load(block, Where::tensor);
     return plus_isotropic(sigma, pressure_correction(block, trace(sigma) * (1.0 / 3.0), pressures));
   }
@@ -344,8 +339,8 @@ class MaterialPoints {
   ///   viscosity/density
   /// (A point alone is stiffer than the bulk: c^2 sum_k dw_k^2/w_k summed over the axes, of
   /// quadratic B-splines up to 6 dim c^2/h^2; its limit is sqrt(2/3) of this one.)
-  template <bool Viscous, class B>
-  void limit_step(const B& block, const Wide& inverse_density, const StabilityOf<Wide>& of,
+  template <bool Viscous>
+  void limit_step(const Block& block, const Wide& inverse_density, const StabilityOf<Wide>& of,
                   Fastest& fastest) const {
     const double k = largest_wave_number_;
     const Wide c2 = of.modulus * inverse_density,
@@ -356,7 +351,7 @@ class MaterialPoints {
     if (!any(c2 + (2.0 * most) * damping > most * most)) return;
     const Wide rate = k * (sqrt(c2 + damping * damping) + damping);
     for (std::size_t lane = 0; lane < Wide::size(); ++lane)
-      if (rate[lane] > fastest.rate && points.mass[block(lane)] > 0.0) {
+      if (rate[lane] > fastest.rate && !points.filler(block(lane))) {
         const std::size_t p = block(lane);
         fastest = {rate[lane],
                    damping[lane] * damping[lane] > c2[lane] ? Limit::viscous
@@ -368,8 +363,7 @@ class MaterialPoints {
 
  private:
   /// Mass times specific volume, relative to the solid's, at which a point fills its cell [kg].
-  template <class B>
-  Wide most_solid(const B& block) const {
+  Wide most_solid(const Block& block) const {
     if (axisymmetric_) return most_solid_ * points.x.load(block)[0];
     return most_solid_;
   }

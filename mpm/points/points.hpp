@@ -90,6 +90,7 @@ struct Points {
   std::vector<std::uint32_t> id;
 
   std::size_t size() const { return x.size(); }  // fillers included
+  bool filler(std::size_t p) const { return mass[p] == 0.0; }
   /// The places of points that are no fillers, in the order they are kept in.
   Occupied occupied() const { return Occupied(mass); }
 

@@ -40,7 +40,6 @@ class Solver final : public Simulation {
  public:
   static constexpr int dim = Dim;
   using Vec = Eigen::Matrix<double, dim, 1>;
-  using Mat = Eigen::Matrix<double, dim, dim>;
 
   /// Takes the points as they are (x, v, mass, void_ratio, id set) and lets the law initialise its
   /// state.
@@ -216,6 +215,7 @@ class Solver final : public Simulation {
   void for_each_point(F&& f) {
     for_each_strip([&](std::size_t s) { for_each_point_of(strips_[s], f); });
   }
+  /// The same, fillers included.
   template <class F>
   void for_each_place(F&& f) {
     for_each_strip([&](std::size_t s) {
@@ -225,7 +225,7 @@ class Solver final : public Simulation {
   template <class F>
   void for_each_point_of(const Strip& strip, F&& f) {
     for (std::size_t p = strip.begin; p < strip.end; ++p)
-      if (points_.mass[p] > 0.0) f(p);
+      if (!points_.filler(p)) f(p);
   }
   /// f(i) over the slices of nodes, across x, that points can reach.
   template <class F>

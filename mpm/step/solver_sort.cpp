@@ -143,7 +143,9 @@ void Solver<D>::give_pressures_anew() {
   const std::size_t cells = material_.box.cells();
   spent_rates_.resize(numerics.averages_rates() ? cells : 0);
   spent_pressures_.resize(numerics.averages_pressures() ? cells : 0);
-  ClearingCells clearing(numerics.averages_pressures() ? cells : 0);
+  ClearingCells clearing(std::move(pressures_));
+  clearing.resize(numerics.averages_pressures() ? cells : 0);
+  clearing.clear();
   GivingCells pressures(std::move(clearing));
   for_each_strip([&](std::size_t s) {
     for_each_block(strips_[s].begin, strips_[s].end, [&](const Block& block) {

@@ -36,9 +36,10 @@ def test_what_a_tool_says_counts_where_it_fails(program, said):
     assert said in told and bool(said) == bool(told)
 
 
-def test_flags_are_left_that_another_compiler_understands():
+@pytest.mark.parametrize("launcher", ["", "/usr/bin/ccache", "cmake -E env KEY=1 /usr/bin/ccache"])
+def test_flags_are_left_that_another_compiler_understands(launcher):
     command = (
-        "/usr/bin/ccache /usr/bin/c++ -DNAME=1 -I/a -isystem /usr/include/b -O3 -Wall -Winvalid-pch"
+        f"{launcher} /usr/bin/c++ -DNAME=1 -I/a -isystem /usr/include/b -O3 -Wall -Winvalid-pch"
         " -include /x/cmake_pch.hxx -std=c++20 -o out/a.o -c /src/a.cpp"
     )
     assert check.compiler(command) == [
