@@ -72,7 +72,9 @@ def parse(resolved: str, path: str | Path = "", text: str = "") -> Case:
 @cache
 def schema() -> dict:
     """cases/schema.toml: a key is a table that has a `type`, everything else a table of keys."""
-    return tomllib.loads((ROOT / "cases" / "schema.toml").read_text())
+    keys = tomllib.loads((ROOT / "cases" / "schema.toml").read_text())
+    del keys["former"]
+    return keys
 
 
 def completed(values: dict, keys: dict) -> dict:

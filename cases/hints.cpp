@@ -46,6 +46,8 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
 
 void refuse_key(const std::vector<Key>& keys, const std::string& where, const std::string& prefix,
                 const std::string& name) {
+  if (const std::string* now = successor(name); now && &keys == &schema())
+    refuse(where, "'{}' is no more (a key of earlier versions). Write {}", name, *now);
   Key asked;
   asked.name = name;
   std::vector<std::string> siblings, namesakes;

@@ -107,7 +107,7 @@ void collect(const toml::table& table, const std::string& prefix, const Conditio
              std::vector<Placed>& keys) {
   for (const auto& [name, node] : table) {
     const std::string dotted = prefix + std::string(name.str());
-    if (name.str() == "when") continue;
+    if (name.str() == "when" || name.str() == "former") continue;
     const toml::table& entry = *node.as_table();
     if (!entry["type"].is_string()) {  // a table of keys
       Conditions inner = conditions_of(entry);
@@ -164,6 +164,17 @@ const std::vector<Key>& schema(Kind kind) {
   static const std::array schemas{read(scene_schema), read(element_schema), read(point_schema),
                                   read(study_schema)};
   return schemas[static_cast<std::size_t>(kind)];
+}
+
+const std::string* successor(const std::string& former) {
+  static const auto successors = [] {
+    std::map<std::string, std::string> read;
+    for (const auto& [name, node] : *toml::parse(scene_schema)["former"].as_table())
+      read.emplace(name.str(), node.value<std::string>().value());
+    return read;
+  }();
+  const auto found = successors.find(former);
+  return found == successors.end() ? nullptr : &found->second;
 }
 
 const Key* find_key(const std::vector<Key>& keys, const std::string& name) {

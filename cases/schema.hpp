@@ -48,6 +48,9 @@ struct Key {
 
 const std::vector<Key>& schema(Kind kind = Kind::scene);
 
+/// What stands for a scene's key that is no more; null of any other word.
+const std::string* successor(const std::string& former);
+
 /// The first key called so; null if there is none.
 const Key* find_key(const std::vector<Key>& keys, const std::string& name);
 

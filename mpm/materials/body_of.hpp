@@ -28,6 +28,7 @@ class BodyOf final : public Body {
       batch.energies.set(i, r.energies);
       if (!batch.work.empty()) batch.work[i] = r.work;
       batch.granular_temperature[i] = law_.granular_temperature(r.state);
+      batch.collisional_pressure[i] = r.collisional_pressure;
       batch.stability.set(i, law_.stability(r.state, initial[i].void_ratio));
       batch.regime[i] = static_cast<std::int32_t>(r.regime);
     }
@@ -137,9 +138,9 @@ class BodyOf final : public Body {
       state_.store(r.state, block, state_without<Where>);
       store_regime(r.regime, block, points.points.regime);
       points.template book<!athermal>(
-          block, strained.mixing, strained.detached,
+          block, strained.step.mixing, strained.detached,
           {r.sigma, r.energies, law.stability(r.state, strained.step.void_ratio),
-           law.granular_temperature(r.state)},
+           law.granular_temperature(r.state), r.collisional_pressure},
           cells.pressures, sums);
     });
   }
@@ -158,7 +159,7 @@ class BodyOf final : public Body {
         const Strained strained = points.template strain<Axisymmetric>(block, cells.rates, sums);
         const Block row = block.from(first);
         batch.steps.store(strained.step, row, Where::step);
-        row.store(strained.mixing, mixing), row.store(strained.detached, detached);
+        row.store(strained.step.mixing, mixing), row.store(strained.detached, detached);
       });
       std::copy_n(&points.points.regime[first], batch.size, batch.regime.begin());
       update_all<Where>(first, batch);
@@ -168,7 +169,8 @@ class BodyOf final : public Body {
         points.template book<!athermal>(
             block, row.load(mixing), row.load(detached),
             {batch.sigma.load(row, Where::tensor), batch.energies.load(row, Zeros::energies),
-             batch.stability.load(row, Zeros::stability), row.load(batch.granular_temperature)},
+             batch.stability.load(row, Zeros::stability), row.load(batch.granular_temperature),
+             row.load(batch.collisional_pressure)},
             cells.pressures, sums);
       });
     }
@@ -226,8 +228,10 @@ class BodyOf final : public Body {
       batch.energies.store(rows.energies.load(row, Zeros::energies), at, Zeros::energies);
       batch.stability.store(rows.stability.load(row, Zeros::stability), at, Zeros::stability);
       if (!batch.work.empty()) at.store(row.load(rows.work), batch.work);
-      if constexpr (!athermal)
+      if constexpr (!athermal) {
         at.store(row.load(rows.granular_temperature), batch.granular_temperature);
+        at.store(row.load(rows.collisional_pressure), batch.collisional_pressure);
+      }
       for (std::size_t lane = 0; lane < Wide::size(); ++lane)
         batch.regime[at(lane)] = rows.regime[row(lane)];
     });
@@ -257,8 +261,10 @@ class BodyOf final : public Body {
     batch.sigma.store(r.sigma, at, Where::tensor);
     batch.energies.store(r.energies, at, Zeros::energies);
     if (!batch.work.empty()) at.store(r.work, batch.work.data());
-    if constexpr (!athermal)
+    if constexpr (!athermal) {
       at.store(law.granular_temperature(r.state), batch.granular_temperature.data());
+      at.store(r.collisional_pressure, batch.collisional_pressure.data());
+    }
     batch.stability.store(law.stability(r.state, step.void_ratio), at, Zeros::stability);
     for (std::size_t lane = 0; lane < Wide::size(); ++lane)
       batch.regime[at(lane)] = static_cast<std::int32_t>(r.regime[lane]);

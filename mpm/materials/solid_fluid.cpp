@@ -86,7 +86,8 @@ class SolidFluid {
     r.energies.plastic = per_mass * q.dissipated;
     r.work = per_mass * q.work;
     if (collisions_) {
-      const Real trD = trace(D), dt = step.dt;
+      // Voids evened out between points are no flow: collisions neither heat by it nor resist it.
+      const Real trD = trace(D) - step.mixing, dt = step.dt;
       const Tensor<Real> dev = deviator(D);
       const Real gdot2 = 2.0 * dev.squaredNorm();
       const auto c = gas_.coefficients(e, sqrt(gdot2), old_speed);
@@ -97,7 +98,8 @@ class SolidFluid {
       const Real bulk = select(matter, density, Real(0.0));
       const Real in_step = select(matter, dt, Real(0.0));
       // sigma_c = p_c I + lam tr(D) I + 2 eta dev(D) [Ceccato2019, Eq. 12]
-      r.sigma = plus_isotropic(r.sigma + (2.0 * bulk * eta) * dev, bulk * (p_c + lam * trD));
+      r.collisional_pressure = bulk * (p_c + lam * trD);
+      r.sigma = plus_isotropic(r.sigma + (2.0 * bulk * eta) * dev, r.collisional_pressure);
       r.state.speed = select(matter, s, old_speed);
       r.state.viscosity = bulk * (lam + 4.0 / 3.0 * eta);
       r.work += in_step * (p_c * trD + lam * trD * trD + eta * gdot2);

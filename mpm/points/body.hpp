@@ -25,6 +25,7 @@ struct Batch {
         energies(most),
         work(with_work ? most : 0),
         granular_temperature(most),
+        collisional_pressure(most),
         stability(most),
         regime(most) {}
 
@@ -36,6 +37,7 @@ struct Batch {
   Arrays<EnergiesOf> energies;  // [J/kg]; plastic and collisional of this step alone
   std::vector<double> work;     // [J/kg] stress work of this step, if it has room for it
   std::vector<double> granular_temperature;  // [m2/s2]
+  std::vector<double> collisional_pressure;  // [Pa]
   Arrays<StabilityOf> stability;
   std::vector<std::int32_t> regime;  // before the update that of the last step
 };

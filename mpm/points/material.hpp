@@ -30,6 +30,7 @@ struct DeformationOf {
   Real dt;                         // [s]
   Real void_ratio_old;             // e at the start and ...
   Real void_ratio;                 // ... at the end of the step, both from det F [-]
+  Real mixing = 0.0;  // the part of tr D in which nothing flows: voids evened out in a cell [1/s]
 };
 using Deformation = DeformationOf<double>;
 
@@ -52,6 +53,7 @@ struct Response {
   State<Real> state;
   EnergiesOf<Real> energies;
   Real work = 0.0;    // = d(stored + fluctuation) + plastic + collisional to round-off [J/kg]
+  Real collisional_pressure = 0.0;  // the part of sigma that does no work on `mixing` [Pa]
   Real regime = 0.0;  // 1 visco-elastic, 2 visco-elasto-plastic, 3 critical, 4 collisional; 0 none
 };
 
@@ -78,6 +80,7 @@ struct Outcome {
   EnergiesOf<Wide> energies;
   StabilityOf<Wide> stability;
   Wide granular_temperature = 0.0;  // [m2/s2]
+  Wide collisional_pressure = 0.0;  // [Pa]
 };
 
 /// The state a point starts from.

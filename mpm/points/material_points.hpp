@@ -42,7 +42,6 @@ struct PointSums {
 /// What the law is to see of a step, and what it is not.
 struct Strained {
   DeformationOf<Wide> step;
-  Wide mixing;    // what mixing adds to the volumetric rate [1/s]
   Wide detached;  // 1 where the point has come to fill its cell, else 0
 };
 
@@ -109,7 +108,8 @@ class MaterialPoints {
       volumetric_rate;  // averaged over nodes, or not at all; compression positive [1/s]
   // what points of a cell share
   ActiveBox<dim> box;
-  std::vector<double> pressure;         // of sigma alone [Pa]
+  std::vector<double> pressure;              // of sigma alone [Pa]
+  std::vector<double> collisional_pressure;  // the part of it that collisions make, if any do [Pa]
   std::vector<double> shared_pressure;  // averaged over nodes [Pa]
 
   /// `single`: what comes from the grid comes in single precision. Where the run is axisymmetric x
@@ -140,6 +140,7 @@ class MaterialPoints {
   void reorder(const Order& order) {
     points.reorder(order);
     reorder_field(pressure, order);
+    if (!collisional_pressure.empty()) reorder_field(collisional_pressure, order);
     if (!shared_pressure.empty()) reorder_field(shared_pressure, order);
     velocity_gradient.resize(points.size()), grid_velocity.resize(points.size());
     volumetric_rate.resize(points.size());
@@ -151,7 +152,7 @@ class MaterialPoints {
   /// A step of dt begins, of which points take their strain and, if `moves`, their way.
   void begin(double dt, bool moves) {
     dt_ = dt, moves_ = moves;
-    mixing_rate_ = relaxed(dt, numerics_.void_ratio_relaxation_time) / dt;
+    mixing_rate_ = relaxed(dt, numerics_.void_ratio_relaxation) / dt;
   }
 
   /// Of points and their voids [m3/kg].
@@ -187,17 +188,16 @@ class MaterialPoints {
     auto& step = out.step;
     const Wide e = block.load(points.void_ratio);
     Wide rate = 0.0;
-    out.mixing = 0.0;
     if (numerics_.averaging != VolumetricAveraging::cell) rate = block.load(volumetric_rate);
     if (numerics_.averages_rates()) {
       const auto sum = rates.take(cell(block));
       if (numerics_.averaging == VolumetricAveraging::cell) rate = sum.value / sum.weight;
       // mixing_rate (e - mean e)/(1 + e)
-      out.mixing = select(
+      step.mixing = select(
           e < loosest_mixed_,
           mixing_rate_ * (e * sum.other_weight - sum.other_value) / (sum.other_weight * (1.0 + e)),
           Wide(0.0));
-      rate += out.mixing;
+      rate += step.mixing;
     }
     const auto gradient = velocity_gradient.load(block);
     Wide around = 0.0;
@@ -251,7 +251,7 @@ class MaterialPoints {
     sums.detached += reduce(dt_ * (1.0 - share) * (mass * (1.0 + e) * specific_volume_) *
                             points.sigma.load(block).dot(step.D));
     step.void_ratio = select(fills, loosest, step.void_ratio);
-    step.D = share * step.D;
+    step.D = share * step.D, step.mixing = share * step.mixing;
     strained.detached = select(fills, Wide(1.0), Wide(0.0));
   }
 
@@ -269,7 +269,12 @@ class MaterialPoints {
                v = m * inverse_density;
     const Wide p = trace(sigma) * (1.0 / 3.0);
     const bool mixes = numerics_.averages_rates();
-    if (mixes) sums.mixing += (0.5 * dt_) * (v * ((block.load(pressure) + p) * mixing));
+    Wide contact = block.load(pressure) + p;  // twice the mean pressure that worked on the mixing
+    if constexpr (Fluctuates) {
+      contact -= block.load(collisional_pressure) + law.collisional_pressure;
+      block.store(law.collisional_pressure, collisional_pressure);
+    }
+    if (mixes) sums.mixing += (0.5 * dt_) * (v * (contact * mixing));
     if (mixes || numerics_.averaging != VolumetricAveraging::none) block.store(p, pressure);
     sums.energies.stored += m * law.energies.stored;
     sums.energies.plastic += m * law.energies.plastic;

@@ -15,9 +15,9 @@ enum class Limit { none = 0, elastic = 1, critical_state = 2, viscous = 3 };
 struct Numerics {
   double h = 0.0;  // cell size [m]
   TransferScheme transfer = TransferScheme::affine_flip;
-  double relaxation_time = 0.0;             // of flip and affine_flip, and ... [s]
-  double gradient_relaxation_time = 0.0;    // ... of the gradient of affine_flip [s]
-  double void_ratio_relaxation_time = 0.0;  // within cells; 0: none [s]
+  double velocity_relaxation = 0.0;    // of flip and affine_flip, and ... [s]
+  double gradient_relaxation = 0.0;    // ... of the gradient of affine_flip [s]
+  double void_ratio_relaxation = 0.0;  // within cells; 0: none [s]
   int xpic_order = 2;
   StressUpdate stress_update = StressUpdate::last;
   VolumetricAveraging averaging = VolumetricAveraging::cell;
@@ -26,7 +26,7 @@ struct Numerics {
 
   /// Whether points take the mean volumetric rate or the mean void ratio of their cells.
   bool averages_rates() const {
-    return averaging == VolumetricAveraging::cell || void_ratio_relaxation_time > 0.0;
+    return averaging == VolumetricAveraging::cell || void_ratio_relaxation > 0.0;
   }
   /// Whether the internal force takes the mean pressure of a point's cell.
   bool averages_pressures() const { return averaging == VolumetricAveraging::cell; }

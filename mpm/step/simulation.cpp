@@ -16,17 +16,19 @@ Enum choice(const std::string& word, std::initializer_list<std::pair<const char*
 }
 
 Numerics numerics_of(const Case& scene) {
+  const double h = scene.number("mpm.cell_size"), H = scene.number("geometry.height");
+  const double fall = time_scale(scene), crossing = fall * h / H;  // sqrt(H/g), h/sqrt(g H) [s]
   return {
-      .h = scene.number("mpm.cell_size"),
+      .h = h,
       .transfer = choice<TransferScheme>(scene.word("mpm.transfer"),
                                          {{"pic", TransferScheme::pic},
                                           {"flip", TransferScheme::flip},
                                           {"apic", TransferScheme::apic},
                                           {"affine_flip", TransferScheme::affine_flip},
                                           {"xpic", TransferScheme::xpic}}),
-      .relaxation_time = scene.number("mpm.relaxation_time"),
-      .gradient_relaxation_time = scene.number("mpm.gradient_relaxation_time"),
-      .void_ratio_relaxation_time = scene.number("mpm.void_ratio_relaxation_time"),
+      .velocity_relaxation = scene.number("mpm.velocity_relaxation") * fall,
+      .gradient_relaxation = scene.number("mpm.gradient_relaxation") * fall,
+      .void_ratio_relaxation = scene.number("mpm.void_ratio_relaxation") * crossing,
       .xpic_order = static_cast<int>(scene.integer("mpm.xpic_order")),
       .stress_update =
           choice<StressUpdate>(scene.word("mpm.stress_update"), {{"first", StressUpdate::first},

@@ -47,6 +47,7 @@ void Solver<D>::initialise(const std::vector<InitialState>& initial) {
   order.fill_up();
   body_->resize(initial.size());
   material_.reorder(order);
+  if (body_->fluctuates()) material_.collisional_pressure.resize(points_.size());
   constexpr std::size_t most = 64;
   Batch batch(most, false);
   for (std::size_t first = 0; first < initial.size(); first += most) {
@@ -59,6 +60,8 @@ void Solver<D>::initialise(const std::vector<InitialState>& initial) {
       const auto energies = batch.energies.load(row);
       points_.sigma.store(sigma, block);
       block.store(trace(sigma) * (1.0 / 3.0), material_.pressure);
+      if (body_->fluctuates())
+        block.store(row.load(batch.collisional_pressure), material_.collisional_pressure);
       block.store(row.load(batch.granular_temperature), points_.granular_temperature);
       block.store(energies.fluctuation, points_.fluctuation);
       block.store(energies.plastic, points_.plastic);

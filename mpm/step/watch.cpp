@@ -165,7 +165,7 @@ std::vector<std::string> Watch::warnings(const EnergyLedger& begin, const Energy
   if (noise_ > most_noise)
     say(Warning::noise,
         "up to {:.0f} % of the kinetic energy is in motion of points that their cell cannot see "
-        "(lower mpm.relaxation_time)",
+        "(lower mpm.velocity_relaxation)",
         100.0 * noise_);
   if (rough_looks_ > 0 && roughness_ / rough_looks_ > most_roughness)
     say(Warning::locking,

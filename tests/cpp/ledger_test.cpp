@@ -126,7 +126,7 @@ TEST(Ledger, MixingFreesTheEnergyOfUnevenPressures) {
   const double K = density * 100.0 / 1.8;  // P-wave modulus M = 9/5 K at nu = 1/4
   const auto above = [](const auto& x) { return std::fmod(x[1], 0.1) > 0.05; };
   block.stress = [&](const auto& x) { return SymTensor((above(x) ? 300.0 : 100.0) * identity()); };
-  block.numerics.void_ratio_relaxation_time = 1e-3;
+  block.numerics.void_ratio_relaxation = 1e-3;
   auto solver = block.build<BSpline<2>>();
   // strain 100 Pa/K apart from the mean, one way and the other
   for (const std::size_t p : solver->points().occupied())

@@ -31,7 +31,7 @@ StandingWave standing_wave(int cells, TransferScheme scheme, StressUpdate update
   block.numerics.transfer = scheme;
   block.numerics.stress_update = update;
   block.numerics.averaging = VolumetricAveraging::none;
-  block.numerics.relaxation_time = 0.0;
+  block.numerics.velocity_relaxation = 0.0;
   block.numerics.time_step_fraction = 0.2;
   auto solver = block.build<Shape>();
   const double energy = solver->ledger().kinetic, half_period = std::numbers::pi / (k * c);
