@@ -29,6 +29,7 @@ class Warned(StrEnum):
     LOCKING = "locking"
     LOSS = "loss"
     TENSION = "tension"
+    END = "end"
 
 
 def code_of(line: str) -> Failure | None:

@@ -30,7 +30,7 @@ enum class Failure {
 };
 
 /// What spoils a result without ending its run.
-enum class Warning { drift, noise, locking, loss, tension };
+enum class Warning { drift, noise, locking, loss, tension, end };
 
 template <class Code>
 struct Coded {
@@ -56,6 +56,7 @@ inline constexpr Coded<Warning> warning_codes[] = {
     {Warning::locking, "locking", "the pressure differs between the points of a cell"},
     {Warning::loss, "loss", "the transfer took much of the energy released"},
     {Warning::tension, "tension", "points pull on each other"},
+    {Warning::end, "end", "matter came to the end of the floor"},
 };
 
 inline const char* name(Failure code) {

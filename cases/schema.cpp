@@ -169,7 +169,8 @@ const std::vector<Key>& schema(Kind kind) {
 const std::string* successor(const std::string& former) {
   static const auto successors = [] {
     std::map<std::string, std::string> read;
-    for (const auto& [name, node] : *toml::parse(scene_schema)["former"].as_table())
+    const toml::table text = toml::parse(scene_schema);
+    for (const auto& [name, node] : *text["former"].as_table())
       read.emplace(name.str(), node.value<std::string>().value());
     return read;
   }();

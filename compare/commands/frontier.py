@@ -63,7 +63,7 @@ def run(options) -> int:
     origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
     head = provenance.head(
         origin,
-        "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; relaxation_time [s]; "
+        "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; velocity_relaxation [sqrt(H/g)]; "
         "young_modulus [Pa]; a row is one run of `command`",
     )
     write_table(out / "points.csv", head, points)

@@ -92,7 +92,9 @@ def relaxation_limit(plane: dict, value: float, scene: Case) -> float:
         or plane["across"] != "mpm.cell_size"
     ):
         return math.nan
-    density, modulus = scene["grains.density"], scene["grains.young_modulus"]
+    density, modulus = scene["grains.density"], (
+        scene["mpm.young_modulus"] or scene["grains.young_modulus"]
+    )
     softness = 24.0 / (5.0 * math.sqrt(math.pi)) * math.sqrt(density / modulus)
     loss = (
         12.0

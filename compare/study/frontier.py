@@ -16,7 +16,7 @@ KEYS = {
     "cell_size": "mpm.cell_size",
     "points_per_cell": "mpm.points_per_cell",
     "transfer": "mpm.transfer",
-    "relaxation_time": "mpm.relaxation_time",
+    "velocity_relaxation": "mpm.velocity_relaxation",
     "shape": "mpm.shape",
     "stress_update": "mpm.stress_update",
     "averaging": "mpm.volumetric_averaging",

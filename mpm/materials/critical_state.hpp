@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cases/case.hpp"
+#include "mpm/materials/grains.hpp"
 #include "mpm/numbers/wide.hpp"
 
 namespace grainpair {
@@ -21,7 +21,7 @@ class CriticalState {
   enum class Form { linear, two_thirds, square_root };
 
   explicit CriticalState(const Case& c)
-      : CriticalState(c.number("grains.young_modulus"), c.number("material.critical_void_ratio"),
+      : CriticalState(young_modulus_of_grains(c), c.number("material.critical_void_ratio"),
                       c.number("material.critical_state_slope"),
                       form(c.word("material.critical_state_form")), rate(c),
                       c.number("material.stress_ratio")) {}

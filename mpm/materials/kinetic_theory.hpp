@@ -20,7 +20,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "cases/case.hpp"
+#include "mpm/materials/grains.hpp"
 #include "mpm/numbers/tensor.hpp"
 
 namespace grainpair {
@@ -51,7 +51,7 @@ class KineticTheory {
   explicit KineticTheory(const Case& c)
       : KineticTheory(Parameters{
             c.number("grains.diameter"), c.number("grains.density"),
-            c.number("grains.young_modulus"), c.number("grains.restitution"),
+            young_modulus_of_grains(c), c.number("grains.restitution"),
             c.number("material.effective_restitution"), c.number("material.critical_void_ratio"),
             c.number("material.loose_void_ratio"), c.number("material.collision_time_factor"),
             c.number("material.correlation_factor"),

@@ -68,7 +68,9 @@ void run(const Case& scene, const Start& start, const std::string& path,
   double peak = 0.0;
   long steps = 0;
   const EnergyLedger begin = simulation->ledger();
-  Watch watch(*simulation, scene.number("geometry.height"), scene.number("geometry.gravity"),
+  Watch watch(*simulation,
+              {scene.number("geometry.height"), scene.number("geometry.gravity"),
+               scene.number("geometry.floor_length")},
               scene.number("mpm.cell_size"));
 
   output.frame(*simulation, 0, 0.0);

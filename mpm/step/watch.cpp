@@ -17,6 +17,7 @@ constexpr double most_noise = 0.02;      // of the kinetic energy, while there i
 constexpr double most_roughness = 0.5;   // rms deviation over that of the cells' means
 constexpr double most_loss = 1.0 / 3.0;  // of the energy released
 constexpr double most_tension = 0.01;    // of rho_s g H
+constexpr double most_at_end = 1e-3;     // of the mass: no run-out is told by so little
 constexpr double early = 1.0;            // sqrt(H/g): later, the flow is thinner than its cells
 
 struct CellSums {
@@ -98,12 +99,13 @@ std::string what_is_not_finite(const Simulation& simulation) {
 
 }  // namespace
 
-Watch::Watch(const Simulation& simulation, double height, double gravity, double cell)
+Watch::Watch(const Simulation& simulation, const Column& column, double cell)
     : held_(simulation.ledger().held()),
-      fall_(std::sqrt(2.0 * gravity * height)),
-      tau_(std::sqrt(height / gravity)),
-      pressure_(simulation.solid_density() * gravity * height),
-      cell_(cell) {}
+      fall_(std::sqrt(2.0 * column.gravity * column.height)),
+      tau_(std::sqrt(column.height / column.gravity)),
+      pressure_(simulation.solid_density() * column.gravity * column.height),
+      cell_(cell),
+      last_cell_(column.floor_length - cell) {}
 
 void Watch::step(const Simulation& simulation, long steps) {
   const EnergyLedger& now = simulation.ledger();
@@ -125,7 +127,7 @@ void Watch::step(const Simulation& simulation, long steps) {
 
 void Watch::points(const Simulation& simulation) {
   simulation.visit_points([&](const auto& points) {
-    double kinetic = 0.0;
+    double kinetic = 0.0, mass = 0.0, at_end = 0.0;
     for (const std::size_t p : points.occupied()) {
       const Vec3 x = simulation.position(p), v = simulation.velocity(p);
       if (v.norm() > most_speed * fall_)
@@ -137,7 +139,9 @@ void Watch::points(const Simulation& simulation) {
             points.id[p], x[0], x[1], x[2], simulation.time(), v.norm(), v.norm() / fall_);
       tension_ = std::max(tension_, -own_pressure(points, p) / pressure_);
       kinetic += 0.5 * points.mass[p] * v.squaredNorm();
+      mass += points.mass[p], at_end += x[0] > last_cell_ ? points.mass[p] : 0.0;
     }
+    at_end_ = std::max(at_end_, at_end / mass);
     peak_ = std::max(peak_, kinetic);
     WithinCells within;
     for (const auto& [key, cell] : cells_of(simulation, points, cell_))
@@ -181,6 +185,11 @@ std::vector<std::string> Watch::warnings(const EnergyLedger& begin, const Energy
     say(Warning::tension,
         "a point pulls with {:.2g} of the column's pressure, beyond the apex of any cone",
         tension_);
+  if (at_end_ > most_at_end)
+    say(Warning::end,
+        "{:.2g} % of the mass came to the last cell of the floor, which ends in a wall (lengthen "
+        "geometry.floor_length)",
+        100.0 * at_end_);
   return out;
 }
 

@@ -13,9 +13,12 @@ namespace grainpair {
 
 class Watch {
  public:
-  /// `height` [m] and `gravity` [m/s2] of the column; `cell` [m]: points of one cell are compared
-  /// with one another.
-  Watch(const Simulation& simulation, double height, double gravity, double cell);
+  /// The scene's measures [m], [m/s2].
+  struct Column {
+    double height, gravity, floor_length;
+  };
+  /// `cell` [m]: points of one cell are compared with one another.
+  Watch(const Simulation& simulation, const Column& column, double cell);
 
   /// After every step. Throws SolverError: not finite, energy growth.
   void step(const Simulation& simulation, long steps);
@@ -29,9 +32,9 @@ class Watch {
   std::vector<std::string> warnings(const EnergyLedger& begin, const EnergyLedger& end) const;
 
  private:
-  double held_, fall_, tau_, pressure_, cell_;
+  double held_, fall_, tau_, pressure_, cell_, last_cell_;
   double created_ = 0.0, peak_ = 0.0;
-  double noise_ = 0.0, roughness_ = 0.0, tension_ = 0.0;
+  double noise_ = 0.0, roughness_ = 0.0, tension_ = 0.0, at_end_ = 0.0;
   long rough_looks_ = 0;
 };
 

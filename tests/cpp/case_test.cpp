@@ -153,6 +153,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"[grain]\nfriction = 0.3", ":2: unknown table 'grain'", "Did you mean 'grains'?"},
         Refused{"[grains]\nheight = 0.3", ":3: unknown key 'grains.height'",
                 "Did you mean 'geometry.height'?"},
+        Refused{"[mpm]\nrelaxation_time = 3e-3", ":3: 'mpm.relaxation_time' is no more",
+                "Write mpm.velocity_relaxation, in sqrt(H/g)"},
         Refused{"titel = 'x'", ":2: unknown key 'titel'", "Did you mean 'title'?"},
         Refused{"grains = 3", ":2: 'grains' is a table", ")"},
         Refused{"[mpm.inner]\nx = 1", ":2: unknown table 'mpm.inner'", "."},

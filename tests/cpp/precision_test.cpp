@@ -33,8 +33,8 @@ class Precision : public testing::TestWithParam<const char*> {
 
 TEST_P(Precision, SingleBetweenPointsAndGridIsHarmless) {
   const auto exact = column({"mpm.precision=double"}), single = column({"mpm.precision=single"});
-  const auto hundredth = column({"mpm.precision=double", "mpm.velocity_relaxation=0.00303"});
-  const auto tenth = column({"mpm.precision=double", "mpm.velocity_relaxation=0.0033"});
+  const auto hundredth = column({"mpm.precision=double", "mpm.velocity_relaxation=0.0303"});
+  const auto tenth = column({"mpm.precision=double", "mpm.velocity_relaxation=0.033"});
   const double before = exact->ledger().potential;
   while (exact->time() <
          0.05) {  // half a sqrt(H/g): later Lade-Duncan has forgotten what it began with

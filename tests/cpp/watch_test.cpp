@@ -15,7 +15,7 @@ using testing::EndsWith;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
-constexpr double height = 1.0, gravity = 9.81, cell = 0.1;
+constexpr double height = 1.0, gravity = 9.81, cell = 0.1, floor_length = 2.0;
 
 /// A block at rest with the given velocity field, and a watch on it.
 struct Watched {
@@ -23,7 +23,7 @@ struct Watched {
   Watch watch;
   explicit Watched(std::function<Eigen::Vector2d(const Eigen::Vector2d&)> velocity,
                    VolumetricAveraging averaging = VolumetricAveraging::cell)
-      : solver(build(velocity, averaging)), watch(*solver, height, gravity, cell) {}
+      : solver(build(velocity, averaging)), watch(*solver, {height, gravity, floor_length}, cell) {}
   static std::unique_ptr<Solver<2>> build(
       const std::function<Eigen::Vector2d(const Eigen::Vector2d&)>& velocity,
       VolumetricAveraging averaging) {
@@ -55,6 +55,20 @@ TEST(Watch, WarnsOfMotionThatCellsCannotSee) {
   const auto warnings = block.watch.warnings(block.solver->ledger(), block.solver->ledger());
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_THAT(warnings[0], HasSubstr("noise: "));
+}
+
+TEST(Watch, WarnsOfMatterInTheLastCellOfTheFloor) {
+  Watched block([](const auto&) { return Eigen::Vector2d(0.0, 0.0); });
+  auto& points = block.solver->points();
+  const std::size_t one = *points.occupied().begin();
+  points.x[one][0] = floor_length - 1.01 * cell;
+  block.watch.points(*block.solver);
+  EXPECT_TRUE(block.watch.warnings(block.solver->ledger(), block.solver->ledger()).empty());
+  points.x[one][0] = floor_length - 0.99 * cell;
+  block.watch.points(*block.solver);
+  const auto warnings = block.watch.warnings(block.solver->ledger(), block.solver->ledger());
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings[0], HasSubstr("end: "));
 }
 
 TEST(Watch, EndsTheRunOfAPointNoFallCouldHaveMadeSoFast) {
