@@ -21,10 +21,13 @@ from cases.errors import CaseError, EngineError
 
 @dataclass(frozen=True)
 class Stage:
-    """A program of a run: what the user sees it called, and its command line."""
+    """A program of a run: what the user sees it called, and its command line; `dispensable` where
+    the run goes on without it.
+    """
 
     name: str
     command: list
+    dispensable: bool = False
 
 
 class Bars:
@@ -165,21 +168,41 @@ def run_stages(stages: list[Stage], *, together: bool = False, quiet: bool = Fal
 
     Raises CaseError (exit code 2 of a program) or EngineError (any other).
     """
-    shown = display(stages, quiet)
+    run_chains([[stage] for stage in stages] if together else [stages], quiet=quiet)
+
+
+def run_chains(chains: list[list[Stage]], *, quiet: bool = False) -> dict[str, str]:
+    """Runs chains of stages side by side, the stages of a chain one after the other. The first that
+    fails ends them all, but a dispensable one only what follows it in its chain.
+
+    Returns what dispensable stages said that failed, by their names. Raises CaseError (exit code 2
+    of a program) or EngineError (any other).
+    """
+    shown = display([stage for chain in chains for stage in chain], quiet)
+    waiting = [list(chain) for chain in chains if chain]
     running: list[Running] = []
+    failed: dict[str, str] = {}
     try:
-        for batch in [stages] if together else [[stage] for stage in stages]:
-            running = []
-            for stage in batch:
-                running.append(Running(stage, shown))
-            waiting = list(running)
-            while waiting:
-                for one in list(waiting):
-                    if one.process.poll() is not None:
-                        waiting.remove(one)
-                        one.check()
-                time.sleep(0.05)
+        for chain in waiting:
+            running.append(Running(chain.pop(0), shown))
+        while running:
+            time.sleep(0.05)
+            for row, one in reversed(list(enumerate(running))):
+                if one.process.poll() is None:
+                    continue
+                try:
+                    one.check()
+                except (CaseError, EngineError) as error:
+                    if not one.stage.dispensable:
+                        raise
+                    failed[one.stage.name] = str(error)
+                    waiting[row].clear()
+                if waiting[row]:
+                    running[row] = Running(waiting[row].pop(0), shown)
+                else:
+                    del running[row], waiting[row]
     finally:
         for one in running:
             one.kill()
         shown.close()
+    return failed

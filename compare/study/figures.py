@@ -11,6 +11,7 @@ import numpy as np
 
 from cases.stages import Stage, run_stages
 
+from compare.metrics.centre_of_mass_x import centre_of_mass_x
 from compare.metrics.kinetic_energy_peak import kinetic_energy_peak
 from compare.metrics.kinetic_energy_peak_time import kinetic_energy_peak_time
 from compare.metrics.pressure_roughness import CUBIC
@@ -32,15 +33,16 @@ WHOLE_CELLS = 2  # between the surface and the points whose pressure counts
 
 
 def figures(run: Run) -> dict:
-    """Run-outs [L0] by 99.5 and 99 % of the mass, height [H] by 99.5 %, peak [of the energy
+    """Run-outs [L0] by 99.5, 99 and 95 % of the mass, centre of mass along x [L0], height [H] by
+    99.5 %, peak [of the energy
     released] and its time [sqrt(H/g)]; accounts at the end and `loss`, of transfer and time
     integration, over the energy released; roughness of the pressure.
     """
     run.reference_energy = run.released()
     end = run.clouds[-1]
-    front, near_front, height = (
+    front, near_front, most, height = (
         mass_quantile(end.x[:, axis], end.mass, share)
-        for axis, share in ((0, 0.995), (0, 0.99), (1, 0.995))
+        for axis, share in ((0, 0.995), (0, 0.99), (0, 0.95), (1, 0.995))
     )
     accounts = {name: run.normalised(name)[-1] for name in ACCOUNTS if name in run.energy}
     cells, nodes = pressure_roughness(run)
@@ -48,6 +50,8 @@ def figures(run: Run) -> dict:
         {
             "run_out": front / run.length - 1.0,
             "run_out_99": near_front / run.length - 1.0,
+            "run_out_95": most / run.length - 1.0,
+            "centre": centre_of_mass_x(run),
             "height": height / run.height,
             "peak_time": kinetic_energy_peak_time(run),
             "peak": kinetic_energy_peak(run),

@@ -8,6 +8,7 @@ import pandas as pd
 from cases.case import Case
 from compare.study.recipe import Recipe
 from compare.study.distance import WORDS, cost, errors
+from compare.verdict import siblings
 
 LEVELS = (0.02, 0.05, 0.10)
 METRICS = tuple(WORDS)
@@ -31,7 +32,8 @@ KEYS = {
 
 def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) -> pd.DataFrame:
     """One row per point: its recipe, cost [s per sqrt(H/g)], status, `error_*` from the grains'
-    mean, and `numerical_*` from the fine-grid solution of the same law; NaN where there is none.
+    mean, `bar_*`, what of it the numerics may be, told from the point's siblings, and `numerical_*`
+    from the fine-grid solution of the same law; NaN where there is none.
     """
     limits = {
         value_of(point, "material.law", scene): point for point in fine if point["status"] == "ok"
@@ -70,6 +72,7 @@ def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) ->
                 f"error_{name}": value
                 for name, value in errors(point, reference["mean"], scene).items()
             }
+            row |= {f"bar_{name}": value for name, value in bars(point, scene).items()}
             limit = limits.get(row["law"])
             if limit and not row["fine"]:
                 row |= {
@@ -83,6 +86,18 @@ def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) ->
         }
         rows.append(row)
     return pd.DataFrame(rows)
+
+
+def bars(point: dict, scene: Case) -> dict[str, float]:
+    """The numerical error bar of each of the errors (compare/verdict/siblings.py), with distances
+    between runs in place of differences; empty for grains and where a sibling failed.
+    """
+    found = point.get("siblings", {})
+    if not found or any(one["status"] != "ok" for one in found.values()):
+        return {}
+    from_coarse = errors(point, found["coarse"], scene)
+    of_times = errors(found["coarse"], found["slow"], scene)
+    return {name: siblings.bar(from_coarse[name], of_times[name]) for name in from_coarse}
 
 
 def value_of(point: dict, key: str, scene: Case):

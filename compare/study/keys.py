@@ -48,6 +48,6 @@ def key(program: str, recipe: Recipe, scene: case.Case, task=None, root: Path = 
     for.
     """
     asked = [told(scene.path, recipe.sets, recipe.engine), recipe.timeout, recipe.seed, task]
-    name = program.rsplit(".", 1)[-1]
+    name = program.rsplit(".", 1)[-1].replace("_", "-")
     made = sources(recipe.engine, program, root)
     return f"{name}-{recipe.engine}-{content.digest([program, asked, made])}"

@@ -11,24 +11,41 @@ import resource
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
+from cases.case import load
 from cases.errors import Failure, code_of
 from compare.mapping.runs import open_run
 from compare.study import job
 from compare.study.failure import classify
 from compare.study.recipe import Recipe
 from compare.study.signature import compact
+from compare.verdict import siblings
 
 
 def measure(scene: Path, recipe: Recipe) -> dict:
     """The recipe's signature, or its failure: class, message and the processor seconds it had
-    taken.
+    taken. `siblings` of a run of the continuum are the signatures, or failures, of the two runs
+    that tell its numerical error.
     """
+    point = run(scene, recipe)
+    if recipe.engine == "mpm" and point["status"] == "ok":
+        assignments = siblings.overrides(load(scene, recipe.sets))
+        point["siblings"] = {
+            name: run(scene, replace(recipe, sets=(*recipe.sets, *more)))
+            for name, more in assignments.items()
+        }
+    return point
+
+
+def run(scene: Path, recipe: Recipe) -> dict:
+    """One run of the engine, as a signature or a failure."""
 
     def limited():
         resource.setrlimit(resource.RLIMIT_CPU, (int(recipe.timeout) + 1, int(recipe.timeout) + 5))
 
+    before = children()
     with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
         result = Path(folder) / "run.h5"
         done = subprocess.run(
@@ -41,8 +58,7 @@ def measure(scene: Path, recipe: Recipe) -> dict:
         )
         if done.returncode == 0:
             return {"status": "ok"} | compact(open_run(result))
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    spent = usage.ru_utime + usage.ru_stime
+    spent = children() - before
     said = done.stderr.strip().splitlines()
     line = said[-1] if said else f"ended with code {done.returncode} and no word"
     # SIGXCPU, of the program or of a process of its own
@@ -50,6 +66,12 @@ def measure(scene: Path, recipe: Recipe) -> dict:
     if code == Failure.CPU_LIMIT:
         line = f"stopped after {spent:.0f} s of processor time"
     return {"status": classify(code), "message": line, "cpu_seconds": spent}
+
+
+def children() -> float:
+    """Processor seconds of the programs run so far."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def make(scene: Path, task: dict) -> dict:

@@ -50,11 +50,10 @@ class KineticTheory {
 
   explicit KineticTheory(const Case& c)
       : KineticTheory(Parameters{
-            c.number("grains.diameter"), c.number("grains.density"),
-            young_modulus_of_grains(c), c.number("grains.restitution"),
-            c.number("material.effective_restitution"), c.number("material.critical_void_ratio"),
-            c.number("material.loose_void_ratio"), c.number("material.collision_time_factor"),
-            c.number("material.correlation_factor"),
+            c.number("grains.diameter"), c.number("grains.density"), young_modulus_of_grains(c),
+            c.number("grains.restitution"), c.number("material.effective_restitution"),
+            c.number("material.critical_void_ratio"), c.number("material.loose_void_ratio"),
+            c.number("material.collision_time_factor"), c.number("material.correlation_factor"),
             correlation(c.word("material.correlation_length")), c.flag("material.bulk_viscosity"),
             c.word("material.temperature_update") == "explicit"}) {}
 

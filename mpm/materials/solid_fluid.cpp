@@ -29,7 +29,7 @@ class SolidFluid {
   Response<double, State> initial(const InitialState& start) const {
     const Deformation still{SymTensor::Zero(), Vec3::Zero(), 0.0, start.void_ratio,
                             start.void_ratio};
-    return in_parallel(model_.initial(start.sigma, start.void_ratio), still, SymTensor::Zero(),
+    return in_parallel(model_.initial(start.sigma, start.void_ratio), still,
                        collisions_ ? std::sqrt(start.granular_temperature) : 0.0);
   }
 
@@ -40,7 +40,7 @@ class SolidFluid {
     return in_parallel(
         rates_ ? (*rates_)(turned, increment, step.void_ratio_old, step.void_ratio)
                : model_.implicit(turned, increment, step.void_ratio_old, step.void_ratio),
-        step, (1.0 / step.dt) * increment, old.speed);
+        step, old.speed);
   }
 
   template <class Real>
@@ -69,13 +69,10 @@ class SolidFluid {
   }
 
  private:
-  /// sigma = sigma_q + sigma_c [Ceccato2019, Eq. 6] and the energies per mass of both; D carries
-  /// the volume of det F.
+  /// sigma = sigma_q + sigma_c [Ceccato2019, Eq. 6] and the energies per mass of both.
   template <class Real>
   Response<Real, State> in_parallel(const QuasiStaticResponse<Real>& q,
-                                    const DeformationOf<Real>& step,
-                                    const std::type_identity_t<Tensor<Real>>& D,
-                                    const Real& old_speed) const {
+                                    const DeformationOf<Real>& step, const Real& old_speed) const {
     const Real e = step.void_ratio;
     const double per_mass = model_.volume.per_mass;
     Response<Real, State> r;
@@ -87,8 +84,8 @@ class SolidFluid {
     r.work = per_mass * q.work;
     if (collisions_) {
       // Voids evened out between points are no flow: collisions neither heat by it nor resist it.
-      const Real trD = trace(D) - step.mixing, dt = step.dt;
-      const Tensor<Real> dev = deviator(D);
+      const Real trD = trace(step.D) - step.mixing, dt = step.dt;
+      const Tensor<Real> dev = deviator(step.D);
       const Real gdot2 = 2.0 * dev.squaredNorm();
       const auto c = gas_.coefficients(e, sqrt(gdot2), old_speed);
       const Real s = gas_.advance(c, old_speed, gdot2, trD, dt);

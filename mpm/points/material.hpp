@@ -52,7 +52,7 @@ struct Response {
   Tensor<Real> sigma;  // total stress, quasi-static + collisional [Pa]
   State<Real> state;
   EnergiesOf<Real> energies;
-  Real work = 0.0;    // = d(stored + fluctuation) + plastic + collisional to round-off [J/kg]
+  Real work = 0.0;  // = d(stored + fluctuation) + plastic + collisional to round-off [J/kg]
   Real collisional_pressure = 0.0;  // the part of sigma that does no work on `mixing` [Pa]
   Real regime = 0.0;  // 1 visco-elastic, 2 visco-elasto-plastic, 3 critical, 4 collisional; 0 none
 };

@@ -110,7 +110,7 @@ class MaterialPoints {
   ActiveBox<dim> box;
   std::vector<double> pressure;              // of sigma alone [Pa]
   std::vector<double> collisional_pressure;  // the part of it that collisions make, if any do [Pa]
-  std::vector<double> shared_pressure;  // averaged over nodes [Pa]
+  std::vector<double> shared_pressure;       // averaged over nodes [Pa]
 
   /// `single`: what comes from the grid comes in single precision. Where the run is axisymmetric x
   /// is the radius, and the hoop strain rate v_r/r has a stress that pulls on the radial momentum.

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from cases import stages as engines
-from cases.stages import Stage, run_stages
+from cases.stages import Stage, run_chains, run_stages
 from cases.errors import CaseError, EngineError
 
 
@@ -61,6 +61,33 @@ def test_a_failure_ends_the_other_engine_and_what_it_started(tmp_path):
     assert time.monotonic() - start < 2
     time.sleep(3.2 - (time.monotonic() - start))
     assert not alive.exists()
+
+
+def test_a_chain_runs_in_order_beside_the_others(tmp_path):
+    order = tmp_path / "order"
+    run_chains(
+        [
+            [shell(f"sleep 0.3; echo a >> {order}", "a"), shell(f"echo b >> {order}", "b")],
+            [shell(f"echo c >> {order}", "c")],
+        ],
+        quiet=True,
+    )
+    assert order.read_text().split() == ["c", "a", "b"]
+
+
+def test_a_dispensable_stage_ends_its_own_chain_alone(tmp_path):
+    order = tmp_path / "order"
+    failed = run_chains(
+        [
+            [
+                Stage("first", ["sh", "-c", "echo too fast >&2; exit 3"], dispensable=True),
+                shell(f"echo after >> {order}", "after"),
+            ],
+            [shell(f"sleep 0.3; echo other >> {order}", "other")],
+        ],
+        quiet=True,
+    )
+    assert failed == {"first": "too fast"} and order.read_text() == "other\n"
 
 
 def test_much_output_blocks_nobody():

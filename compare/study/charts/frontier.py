@@ -33,6 +33,7 @@ def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> str:
         level = band(reference, name)
         typical = np.mean(reference["scatter"][name])
         lowest = 0.7 * min(points.loc[~points["fine"], f"error_{name}"].min(), typical)
+        whiskers(axes, points[~points["fine"]], name, lowest)
         axes.axhspan(lowest, level, color=DEM, alpha=0.10, lw=0)
         axes.plot(grain_cost(reference), typical, "*", color=DEM, ms=14, mec="white", zorder=5)
         axes.annotate(
@@ -142,6 +143,23 @@ def scatter(axes, points: pd.DataFrame, column: str, prefix: str) -> float:
     ] * int(not bad.empty)
     axes.legend(handles=handles, fontsize=7.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return top
+
+
+def whiskers(axes, points: pd.DataFrame, name: str, lowest: float):
+    """What of each error from the grains the numerics may be, as a vertical line."""
+    if f"bar_{name}" not in points:
+        return
+    known = points[points[f"bar_{name}"].notna()]
+    error, width = known[f"error_{name}"], known[f"bar_{name}"]
+    axes.vlines(
+        known["cost"],
+        np.maximum(error - width, lowest),
+        error + width,
+        colors=known["law"].map(LAWS),
+        lw=0.8,
+        alpha=0.45,
+        zorder=2,
+    )
 
 
 def finish(axes, top: float, label: str):

@@ -1,0 +1,113 @@
+"""Numerical error bars: what the continuum's figures may be off by, told from two cheap runs.
+
+    coarse  the same on cells 1.6 times as wide
+    slow    that with its three relaxation times three times as long
+
+Errors of the grid fall with its first power here, so that a run whose coarse sibling is off by the
+error E' has E = E'/1.6 itself: the two differ by 0.6 E, and E = (5/3)|run - coarse|. What the
+relaxation times do shows on coarse cells more than on the run's own; half of it is taken. The bar
+is the larger of the two; it is a bound to go by, no confidence interval, and counts neither what
+the grains scatter by nor what the law has wrong.
+"""
+
+from dataclasses import dataclass
+from math import ceil
+from pathlib import Path
+
+from cases.case import Case
+from cases.programs import program
+from cases.stages import Stage
+from compare.mapping.runs import Run, open_fields, open_run
+from compare.metrics import Metric, all_metrics
+
+COARSER, SLOWER = 1.6, 3.0
+ERROR = 1.0 / (COARSER - 1.0)  # of the run, over its difference from the coarse one; first order
+SHARE = 0.5  # of what the relaxation times do on coarse cells
+TIMES = ("velocity_relaxation", "gradient_relaxation", "void_ratio_relaxation")
+WORDS = {
+    "coarse": "continuum, coarser cells",
+    "slow": "continuum, slower filters",
+}
+
+
+@dataclass(frozen=True)
+class Siblings:
+    coarse: Run
+    slow: Run
+
+
+def overrides(case: Case) -> dict[str, list[str]]:
+    """The assignments that make each sibling of a case."""
+    size = COARSER * case["mpm.cell_size"]
+    if case["geometry.dimension"] == "three_dimensional":  # front and back are faces of the grid
+        thickness = case["geometry.thickness"]
+        size = thickness / max(1, round(thickness / size))
+    coarse = [f"mpm.cell_size={size!r}"]
+    if case["initial.state"] == "packing":  # every cell of the packing needs a point
+        coarse.append(f"mpm.points_per_cell={min(10, ceil(COARSER * case['mpm.points_per_cell']))}")
+    slow = [f"mpm.{name}={min(1e9, SLOWER * case[f'mpm.{name}'])!r}" for name in TIMES]
+    return {"coarse": coarse, "slow": coarse + slow}
+
+
+def files(folder: Path) -> list[Path]:
+    """Runs of siblings that a run's folder holds: both or none."""
+    found = [folder / "siblings" / f"{name}.h5" for name in WORDS]
+    return found if all(path.exists() for path in found) else []
+
+
+def stages(case: Case, words: list, folder: Path) -> list[Stage]:
+    """The stages that make a folder's siblings. `words`: what mpm_run is told for the run itself,
+    all but the result.
+    """
+    target = folder / "siblings"
+    target.mkdir(exist_ok=True)
+    return [
+        Stage(
+            WORDS[name],
+            [
+                program("mpm_run"),
+                *words,
+                *(word for assignment in sets for word in ("--set", assignment)),
+                "--progress",
+                "-o",
+                target / f"{name}.h5",
+            ],
+            dispensable=True,
+        )
+        for name, sets in overrides(case).items()
+    ]
+
+
+def load(folder: Path) -> Siblings | None:
+    """The siblings of a folder whose fields.h5 holds theirs; None where there are none."""
+    runs = [open_run(path) for path in files(folder)]
+    for run in runs:
+        run.mapped = open_fields(folder / "fields.h5", run.name)
+    return Siblings(*runs) if runs else None
+
+
+def bar(to_coarse: float, coarse_to_slow: float) -> float:
+    """The numerical error of a figure, from how far the run is from its coarse sibling in it, and
+    that one from the slow one.
+    """
+    return max(ERROR * abs(to_coarse), SHARE * abs(coarse_to_slow))
+
+
+def uncertainty(mpm: Run, dem: Run, siblings: Siblings) -> dict[str, float]:
+    """The bar of each metric that is a figure of the continuum's solution, in the metric's unit.
+    Brings the siblings to the mass and energy scale of the run.
+    """
+    for run in (siblings.coarse, siblings.slow):
+        run.mass_scale = mpm.mass_scale * mpm.mass / run.mass
+        run.reference_energy = mpm.reference_energy
+
+    def of(metric: Metric) -> float:
+        runs = (mpm, siblings.coarse, siblings.slow)
+        main, coarse, slow = (metric(run, dem) if metric.of_pair else metric(run) for run in runs)
+        return bar(main - coarse, coarse - slow)
+
+    return {
+        name: of(metric)
+        for name, metric in all_metrics().items()
+        if metric.unit != "s"  # processor time is no figure of the solution
+    }
