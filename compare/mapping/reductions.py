@@ -133,6 +133,13 @@ def temperature(run: Run, frame: int) -> np.ndarray:
     return run.fields[own if own in run.fields else "granular_temperature"][frame]
 
 
+def has_temperature(run: Run) -> bool:
+    """Whether the law of a run of the continuum knows a granular temperature."""
+    own = "granular_temperature_state"
+    held = run.energy.get("fluctuation", np.zeros(1))
+    return bool(np.any(held)) or (own in run.fields and bool(np.nanmax(run.fields[own]) > 0.0))
+
+
 def stress(run: Run, frame: int) -> np.ndarray:
     """Stress (ny, nx, 3, 3) [Pa]: the material points' own, or the grains' contact and kinetic
     stress; NaN without contacts.
@@ -187,6 +194,7 @@ def example_run(
     """
     case = parse(
         "[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
+        "floor_length = 100.0\n"
         f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
         "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\n"
         "margin_time = 0.05\nmargin_energy = 0.05\nmargin_distance = 0.03\n"

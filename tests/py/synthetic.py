@@ -27,6 +27,8 @@ diameter = 0.002
 density = 2500.0
 [initial]
 void_ratio = {void_ratio}
+[mpm]
+cell_size = 0.002
 [walls]
 front_back = "periodic"
 [compare]
