@@ -44,11 +44,14 @@ def verdict_words(one: dict) -> str:
 
 def lines(metrics: dict) -> list[str]:
     """The verdict and every finding, for a terminal."""
-    out = [f"verdict: {headline(metrics)}; {metrics['verdict']['scatter']}"]
+    texts = [f"verdict: {headline(metrics)}; {metrics['verdict']['scatter']}"]
     for one in metrics["findings"]["list"]:
-        text = f"{one['severity']}: {one['sentence']} {one['advice']}"
-        out += textwrap.wrap(text, 100, subsequent_indent="    ", break_on_hyphens=False)
-    return out
+        texts.append(f"{one['severity']}: {one['sentence']} {one['advice']}")
+    return [
+        line
+        for text in texts
+        for line in textwrap.wrap(text, 100, subsequent_indent="    ", break_on_hyphens=False)
+    ]
 
 
 def judged_metrics() -> list[str]:
@@ -63,9 +66,9 @@ def required(words: str) -> list[str]:
     for name in names:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
-            hint = f"did you mean {near[0]}? " if near else ""
+            hint = f"did you mean {near[0]}?" if near else "choose one of them"
             raise CaseError(
-                f"--require: '{name}' gets no verdict {hint}(known: {', '.join(known)})"
+                f"--require: '{name}' gets no verdict (those that do: {', '.join(known)}) {hint}"
             )
     return names
 

@@ -48,7 +48,7 @@ def draw_maps(comparison, narrow, values, label, norm, cmap, engines=("mpm", "de
         + 2 * grid.spacing
     )
     width = NARROW if narrow else WIDE
-    columns = 1 if narrow else len(runs)
+    columns = 1 if narrow else len(runs) if len(runs) > 1 else len(shown)
     panel = (width - 1.0) / columns * top / far + 0.42
     count = len(runs) * len(shown) // columns
     figure, axes = plt.subplots(
