@@ -93,9 +93,9 @@ def crossing_time(t: np.ndarray, values: np.ndarray, target: float) -> float:
     )
 
 
-def front(run: Run) -> np.ndarray:
-    """x_99.5 at every frame [m]."""
-    return np.array([mass_quantile(cloud.x[:, 0], cloud.mass, 0.995) for cloud in run.clouds])
+def front(run: Run, share: float = 0.995) -> np.ndarray:
+    """The x within which the share of the mass lies, at every frame [m]."""
+    return np.array([mass_quantile(cloud.x[:, 0], cloud.mass, share) for cloud in run.clouds])
 
 
 def first_entries(run: Run) -> np.ndarray:

@@ -1,5 +1,5 @@
-"""What a comparison comes to: metrics, controls and findings together, in words and as the exit code
-of `run` and `compare`.
+"""What a comparison comes to: metrics, controls and findings together, in words and as the exit
+code of `run` and `compare`.
 """
 
 import difflib
@@ -50,7 +50,9 @@ def lines(metrics: dict) -> list[str]:
     return [
         line
         for text in texts
-        for line in textwrap.wrap(text, 100, subsequent_indent="    ", break_on_hyphens=False)
+        for line in textwrap.wrap(
+            text, 100, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False
+        )
     ]
 
 

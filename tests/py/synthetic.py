@@ -124,13 +124,8 @@ def write_run(
     motion = Motion(x0, stretch, duration, np.sqrt(height / 9.81))
     solid = height * length * thickness / (1.0 + void_ratio)
     mass = np.full(len(x0), solid * DENSITY / len(x0))
-    case = CASE.format(
-        height=height,
-        length=length,
-        thickness=thickness,
-        void_ratio=void_ratio,
-        floor_length=floor_length,
-    )
+    scene = {"height": height, "length": length, "thickness": thickness}
+    case = CASE.format(**scene, void_ratio=void_ratio, floor_length=floor_length)
 
     path = Path(path)
     with h5py.File(path, "w") as f:

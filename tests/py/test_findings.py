@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 from dataclasses import replace
 
 import h5py
@@ -9,11 +11,12 @@ import numpy as np
 import pytest
 from synthetic import write_pair
 
-from cases.programs import ROOT
+from cases.programs import ROOT, program
 from compare import __main__ as cli
 from compare.mapping.contacts import largest_overlap
 from compare.mapping.reductions import example_run
 from compare.mapping.runs import open_run
+from compare.metrics import all_metrics
 from compare.report.charts.map_granular_temperature import map_granular_temperature
 from compare.verdict import comparison, conclusion, findings
 from compare.verdict.comparison import Comparison
@@ -91,8 +94,9 @@ def test_bounds_of_warnings_are_the_watchs_own():
     source = (ROOT / "mpm" / "step" / "watch.cpp").read_text()
     for word, (bound, _) in warned.BOUNDS.items():
         name = word if word == "drift" else f"most_{'roughness' if word == 'locking' else word}"
-        expression = re.search(rf"constexpr double {name} = ([^;]+);", source)[1]
-        a, _, b = expression.partition("/")
+        found = re.search(rf"constexpr double {name} = ([^;]+);", source)
+        assert found, word
+        a, _, b = found[1].partition("/")
         assert float(a) / float(b or 1.0) == pytest.approx(bound), word
 
 
@@ -116,7 +120,8 @@ def test_matter_that_a_later_frame_lacks(engine):
     x = np.full((2, 100, 3), 0.5)
     run = example_run(engine=engine, x=x, time=(0.0, 1.0), energy=QUIET)
     whole = {"mpm": example_run(engine="mpm", energy=QUIET), "dem": example_run(energy=QUIET)}
-    c = Comparison(*([(whole | {engine: run})[name]] for name in ("mpm", "dem")))
+    runs = whole | {engine: run}
+    c = Comparison([runs["mpm"]], [runs["dem"]])
     findings.all_checks()
     assert findings.REGISTRY["matter_lost"](c, {}) == []
     cloud = run.clouds[1]
@@ -220,8 +225,6 @@ def test_energies_without_an_audit():
     open_balance = {"energy": QUIET | {"unaccounted": [np.nan, np.nan]}}
     for dem in (without, open_balance):
         assert one(seen("no_audit", dem=dem)).severity == Severity.CAUTION
-    from compare.metrics import all_metrics
-
     split = all_metrics()["dissipation_split"]
     mpm = example_run(engine="mpm", energy=QUIET | {"dissipated_collisional": [0.0, 0.0]})
     assert np.isnan(split(mpm, example_run(energy=QUIET | {"dissipated": [0.0, 1.0]})))
@@ -294,3 +297,22 @@ def test_a_required_name_without_a_verdict_is_refused_before_anything_runs(
     told = capsys.readouterr().err
     assert told.startswith(f"--require: '{name}' gets no verdict") and "run_out" in told
     assert told.count("\n") == 1 and list(tmp_path.iterdir()) == []
+
+
+def test_a_floor_that_is_too_short_spoils_a_real_run(tmp_path, capsys):
+    """The smallest column on a floor of 30 mm: dammed as a continuum, fallen off as grains."""
+    grains = [sys.executable, "-m", "dem_reference.run", "--quiet"]
+    for engine, start in (("mpm", [str(program("mpm_run"))]), ("dem", grains)):
+        scene = [str(ROOT / "cases" / "column_ci"), "--set", "geometry.floor_length=0.03"]
+        command = [*start, *scene, "-o", str(tmp_path / f"{engine}.h5")]
+        subprocess.run(command, check=True, capture_output=True, cwd=ROOT)
+    assert cli.main(["compare", str(tmp_path), "--quiet"]) == 4
+    told = " ".join(line.strip() for line in capsys.readouterr().out.splitlines())
+    assert "verdict: INVALID" in told
+    assert "has geometry.floor_length = 0.12, not 0.03" in told
+    metrics = json.loads((tmp_path / "metrics.json").read_text())
+    at_end = [f for f in metrics["findings"]["list"] if f["name"] == "matter_at_end"]
+    assert {f["of"] for f in at_end if f["severity"] == "invalid"} == {"mpm", "dem"}
+    assert next(f["figure"] for f in at_end if f["of"] == "dem") > 0.2
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("reached the end of the scene") == 2 and "<b>Invalid result</b>" in page

@@ -25,6 +25,7 @@ def stack(ax, run, accounts, columns: int) -> tuple[float, float]:
     negative = [np.minimum(a.values, 0.0) for a in accounts]
     tau = run.energy_tau()
     shades = colours(accounts)
+    released = 100 * run.released() / run.reference_energy
     ax.stackplot(
         tau,
         positive,
@@ -42,7 +43,7 @@ def stack(ax, run, accounts, columns: int) -> tuple[float, float]:
         loc="upper center",
         bbox_to_anchor=(0.5, -0.2),
         ncols=columns,
-        title=f"share of $E_0$ at the end; released {100 * run.released() / run.reference_energy:.1f} %",
+        title=f"share of $E_0$ at the end; released {released:.1f} %",
         fontsize=8,
     )
     return np.sum(negative, axis=0).min(), np.sum(positive, axis=0).max()
