@@ -5,7 +5,7 @@ from pathlib import Path
 
 from cases import case
 from compare.commands.claims import ROOT
-from compare.study import atlas, boundary, frontier, point, recipe
+from compare.study import atlas, boundary, frontier, headlines, point, recipe
 from compare.study.distance import cost, errors
 
 CI = ROOT / "cases" / "column_ci"
@@ -37,3 +37,8 @@ def stable_fraction() -> float:
     plane = recipe.study(case.load(CI), "atlas")["plane"][0] | {"values": [0.004]}
     ((_, task),) = atlas.rows_of(plane, 60.0)
     return boundary.bisect(boundary.runs_of(Path(CI), task), *plane["between"])[1]
+
+
+def centre_of_mass_change() -> float:
+    """Change of the deposit's centre of mass with a tenth of friction. [L0]"""
+    return headlines.change(case.load(CI), 0.1, ("centre_of_mass_x",))["centre_of_mass_x"]

@@ -8,7 +8,7 @@ import tomllib
 from functools import cache
 from typing import Any
 
-from cases.errors import CaseError
+from cases.errors import CaseError, EngineError
 from cases.programs import ROOT
 
 CLAIMS = ROOT / "cases" / "claims"
@@ -109,10 +109,11 @@ def measure(reference: str) -> float:
 @cache
 def metrics(name: str) -> dict:
     """metrics.json of a fresh run of a case."""
+    from compare.verdict.conclusion import INVALID  # needs packages; `targets` is asked before
+
     out = ROOT / "runs" / "claims" / name
-    subprocess.run(
-        [sys.executable, "-m", "compare", "run", name, "--out", out, "--quiet"],
-        check=True,
-        stdout=subprocess.DEVNULL,
-    )
+    command = [sys.executable, "-m", "compare", "run", name, "--out", str(out), "--quiet"]
+    done = subprocess.run(command, stdout=subprocess.DEVNULL, check=False)
+    if done.returncode not in (0, INVALID):  # claims state losses, too, that make a result invalid
+        raise EngineError(f"claims: the run of {name} failed with code {done.returncode}")
     return json.loads((out / "metrics.json").read_text())

@@ -14,7 +14,7 @@ from cases.errors import CaseError
 from compare.mapping import dumps
 from compare.mapping.runs import open_run
 from compare.report import report
-from compare.verdict import comparison, controls, verdict_table
+from compare.verdict import comparison, conclusion, controls, verdict_table
 
 WIDTHS = (0.25, 0.35, 0.5, 0.6, 0.75, 0.9, 1.0, 1.25, 1.5, 2.0)
 
@@ -50,9 +50,11 @@ def arguments(parser):
         "--time-step", type=float, metavar="S", help="time step of the dumped run [s]"
     )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
+    conclusion.require_argument(parser)
 
 
 def run(options) -> int:
+    names = conclusion.required(options.require)
     if options.dump:
         if len(options.runs) != 1 or not options.case or not options.time_step:
             raise CaseError("grainpair compare: --dump needs one RUN, --case and --time-step")
@@ -68,6 +70,7 @@ def run(options) -> int:
         if (value := getattr(options, key))
         for word in (f"--{key}", str(value))
     ]
+    code = 0
     for folder in options.runs:
         if options.controls:
             mpm, dem = (open_run(files[0]) for files in comparison.run_files(folder))
@@ -83,6 +86,10 @@ def run(options) -> int:
             verdict_table.write(
                 metrics, runs, options.table, " ".join(["./grainpair", *sys.argv[1:]])
             )
-        print(f"{folder}: {metrics['verdict']['value']}")
+        for line in conclusion.lines(metrics):
+            print(f"{folder}: {line}" if line.startswith("verdict:") else line)
+        for line in conclusion.not_met(metrics, names):
+            print(f"{folder}: {line}", file=sys.stderr)
         print(folder / "report.html")
-    return 0
+        code = code or conclusion.exit_code(metrics, names)
+    return code

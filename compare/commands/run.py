@@ -15,12 +15,14 @@ from cases import case
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
 from cases.programs import ROOT, name_of, program
+from compare.verdict import conclusion
 from dem_reference.content import ensemble_folder
 
 # What an earlier run may have left in the folder.
 OURS = ["mpm.h5", "dem.h5", "dem_[0-9]*.h5", "fields.h5", "metrics.json", "report.html", "figures"]
 VERDICT = {
-    "run_out": "run-out",
+    "run_out_95": "run-out, 95 % of the mass",
+    "centre_of_mass_x": "centre of mass, along x",
     "final_height": "final height",
     "kinetic_energy_peak_time": "time of kinetic-energy peak",
     "dissipated_energy": "energy dissipated",
@@ -59,6 +61,7 @@ def arguments(parser):
     )
     parser.add_argument("--threads", type=int, default=1, help="of the continuum (%(default)s)")
     parser.add_argument("--quiet", action="store_true", help="show no progress")
+    conclusion.require_argument(parser)
 
 
 def find_case(name: str) -> Path:
@@ -95,6 +98,7 @@ def cores() -> int:
 def run(options) -> int:
     if options.seeds < 1:
         raise CaseError(f"--seeds {options.seeds}: at least one packing is needed")
+    names = conclusion.required(options.require)
     scene = case.load(find_case(options.case), options.overrides)
     if scene["geometry.dimension"] == "axisymmetric":
         raise CaseError(
@@ -145,21 +149,35 @@ def run(options) -> int:
         [Stage("comparison", [sys.executable, "-m", "compare.report", out, "--progress"])],
         quiet=options.quiet,
     )
-    print(verdict(json.loads((out / "metrics.json").read_text())))
+    metrics = json.loads((out / "metrics.json").read_text())
+    print("\n".join([verdict(metrics), *conclusion.lines(metrics)]))
+    for line in conclusion.not_met(metrics, names):
+        print(line, file=sys.stderr)
     print(out / "report.html")
-    return 0
+    return conclusion.exit_code(metrics, names)
+
+
+def uncertain(entry: dict, key: str) -> str:
+    """What a figure is uncertain by, such as " ± 0.02"; "" where nobody knows."""
+    return "" if entry.get(key) is None else f" ± {entry[key]:.2g}"
 
 
 def verdict(metrics: dict) -> str:
-    """Five lines that say how far the continuum is from the grains."""
-    lines = [f"{'':<42}{'MPM':>12}{'DEM':>12}{'MPM/DEM - 1':>14}"]
+    """A line for each headline that says how far the continuum is from the grains."""
+    lines = [f"{'':<42}{'MPM':>18}{'DEM':>18}{'MPM/DEM - 1':>14}"]
     for name, words in VERDICT.items():
         entry = metrics[name]
         mpm, dem = (
-            "-" if entry[engine] is None else f"{entry[engine]:.4g}" for engine in ("mpm", "dem")
+            "-" if entry[engine] is None else f"{entry[engine]:.4g}" + uncertain(entry, key)
+            for engine, key in (("mpm", "numerical_uncertainty"), ("dem", scatter_key(entry)))
         )
         relative = entry["relative_difference"]
         difference = "-" if relative is None else f"{100 * relative:+.1f} %"
-        line = f"{words + ' [' + entry['unit'] + ']':<42}{mpm:>12}{dem:>12}{difference:>14}"
-        lines.append(f"{line}   {entry.get('verdict', '')}".rstrip())
+        line = f"{words + ' [' + entry['unit'] + ']':<42}{mpm:>18}{dem:>18}{difference:>14}"
+        lines.append(f"{line}   {conclusion.verdict_words(entry)}".rstrip())
     return "\n".join(lines)
+
+
+def scatter_key(entry: dict) -> str:
+    """Where an entry holds the scatter of the packings: of this run's own, or stored."""
+    return "dem_std" if "dem_std" in entry else "stored_std"

@@ -93,9 +93,9 @@ def crossing_time(t: np.ndarray, values: np.ndarray, target: float) -> float:
     )
 
 
-def front(run: Run) -> np.ndarray:
-    """x_99.5 at every frame [m]."""
-    return np.array([mass_quantile(cloud.x[:, 0], cloud.mass, 0.995) for cloud in run.clouds])
+def front(run: Run, share: float = 0.995) -> np.ndarray:
+    """The x within which the share of the mass lies, at every frame [m]."""
+    return np.array([mass_quantile(cloud.x[:, 0], cloud.mass, share) for cloud in run.clouds])
 
 
 def first_entries(run: Run) -> np.ndarray:
@@ -131,6 +131,13 @@ def temperature(run: Run, frame: int) -> np.ndarray:
     """
     own = "granular_temperature_state"
     return run.fields[own if own in run.fields else "granular_temperature"][frame]
+
+
+def has_temperature(run: Run) -> bool:
+    """Whether the law of a run of the continuum knows a granular temperature."""
+    own = "granular_temperature_state"
+    held = run.energy.get("fluctuation", np.zeros(1))
+    return bool(np.any(held)) or (own in run.fields and bool(np.nanmax(run.fields[own]) > 0.0))
 
 
 def stress(run: Run, frame: int) -> np.ndarray:
@@ -187,6 +194,7 @@ def example_run(
     """
     case = parse(
         "[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
+        "floor_length = 100.0\n"
         f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
         "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\n"
         "margin_time = 0.05\nmargin_energy = 0.05\nmargin_distance = 0.03\n"

@@ -19,6 +19,7 @@ class Metric:
     of_pair: bool
     function: Callable
     margin: str  # key of the case that holds the margin of equivalence; "" without a verdict
+    decides: bool = True  # whether its verdict enters the overall one
 
     def __call__(self, *runs):
         return self.function(*runs)
@@ -31,7 +32,9 @@ class Metric:
 REGISTRY: dict[str, Metric] = {}
 
 
-def metric(*, unit: str, source: str, of_pair: bool = False, margin: str = ""):
+def metric(
+    *, unit: str, source: str, of_pair: bool = False, margin: str = "", decides: bool = True
+):
     """Registers a function of a Run, or with of_pair of (mpm, dem), under its own name."""
 
     def register(function):
@@ -43,6 +46,7 @@ def metric(*, unit: str, source: str, of_pair: bool = False, margin: str = ""):
             of_pair,
             function,
             margin,
+            decides,
         )
         return function
 

@@ -4,7 +4,11 @@ from compare.metrics import metric
 from compare.mapping.reductions import example_run
 
 
-@metric(unit="L0", source="first moment of mass")
+@metric(
+    unit="L0",
+    source="first moment of mass; it differs by no more than wasserstein_x does",
+    margin="compare.margin_distance",
+)
 def centre_of_mass_x(run):
     """x of the centre of mass at the end, over L0."""
     cloud = run.clouds[-1]

@@ -8,8 +8,13 @@ from compare.mapping.reductions import example_run
 def dissipation_split(mpm, dem):
     """Half the sum of the absolute differences of three shares of the released energy E0 at the
     end: dissipated by collisions (of the grains: by contacts shorter than the threshold),
-    dissipated otherwise, and unaccounted for.
+    dissipated otherwise, and unaccounted for. Undefined where either side did not split its
+    dissipation.
     """
+    if not all(
+        {"dissipated_collisional", "dissipated_short"} & run.energy.keys() for run in (mpm, dem)
+    ):
+        return float("nan")
 
     def shares(run):
         collisional = (

@@ -17,8 +17,7 @@ from pathlib import Path
 import jinja2
 import matplotlib.pyplot as plt
 
-from compare.verdict import comparison
-from compare.verdict import controls
+from compare.verdict import comparison, conclusion, controls
 from cases.style import STYLE
 from compare.report.charts import all_charts
 from cases.errors import CaseError, EngineError
@@ -26,7 +25,8 @@ from cases.files import write_atomically
 from compare.report.width_study import study
 
 HEADLINES = {
-    "run_out": "Run-out",
+    "run_out_95": "Run-out, 95 % of the mass",
+    "centre_of_mass_x": "Centre of mass, along x",
     "final_height": "Final height",
     "kinetic_energy_peak_time": "Time of the kinetic-energy peak",
     "kinetic_energy_peak": "Kinetic-energy peak",
@@ -135,7 +135,9 @@ def render(
         c.mpm + c.dem,
         case,
         title=case.values.get("title", "Comparison"),
-        verdict=metrics["verdict"]["value"],
+        verdict=metrics["verdict"],
+        findings=metrics["findings"]["list"],
+        verdict_words=conclusion.verdict_words,
         metrics=metrics,
         headlines=HEADLINES,
         figures=figures,
@@ -156,7 +158,7 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
     tell(0.3, "metrics")
     c = comparison.load(folder)
     judged = controls.judge_all(c, folder)
-    metrics = comparison.evaluate(c) | controls.entries(judged)
+    metrics = conclusion.conclude(c, judged)
     if widths:
         tell(0.35, "width study")
         c.width_study = study(c.dem[0], dem[0], widths, options)

@@ -10,7 +10,7 @@ from compare.study.signature import HISTORY, digits, expand
 from compare.verdict.comparison import pair
 
 WORDS = {
-    "run_out": "run-out",
+    "run_out": "run-out (99.5 % of the mass)",
     "deposit": "deposit (Wasserstein distance along x)",
     "kinetic": "kinetic energy over time",
     "dissipation": "split of the dissipation",

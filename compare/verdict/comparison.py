@@ -3,7 +3,7 @@
 import math
 import os
 import subprocess
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from cases.errors import CaseError, EngineError
 from compare.metrics import Metric, all_metrics
 from cases.programs import program
 from compare.mapping.runs import Run, open_fields, open_run
+from compare.verdict.packings import Packings, of_run
 
 
 @dataclass
@@ -24,6 +25,9 @@ class Comparison:
     mpm: list[Run]
     dem: list[Run]
     width_study: object = None  # a WidthStudy of compare.report, when one was asked for
+    # what a metric may be off by for the continuum's numerics, by name, in the metric's unit
+    numerical_uncertainty: dict[str, float] = field(default_factory=dict)
+    packings: Packings | None = None  # the stored scatter, for a single packing
 
     @property
     def first(self) -> tuple[Run, Run]:
@@ -107,7 +111,9 @@ def load(folder: Path) -> Comparison:
     mpm, dem = ([open_run(path) for path in files] for files in run_files(folder))
     for run in mpm + dem:
         run.mapped = open_fields(folder / "fields.h5", run.name)
-    return pair(mpm, dem)
+    c = pair(mpm, dem)
+    c.packings = of_run(dem[0]) if len(dem) == 1 else None
+    return c
 
 
 def margin_of(metric: Metric, run: Run, mean: float) -> float | None:
@@ -142,40 +148,81 @@ def spread(values: list[float]) -> dict:
     )
 
 
-def evaluate_one(metric: Metric, c: Comparison) -> dict:
-    """One entry of metrics.json."""
+def numerical_loss(run: Run) -> float:
+    """Energy that neither is held nor was dissipated at the end, over the energy E0 that the grains
+    release; NaN where the run did not audit its energies.
+    """
+    known = "unaccounted" in run.energy
+    return abs(float(run.normalised("unaccounted")[-1])) if known else math.nan
+
+
+def evaluate_one(metric: Metric, c: Comparison, numerical: float | None = None) -> dict:
+    """One entry of metrics.json. `numerical`: what the continuum's numerics may be off by, in the
+    metric's unit; it widens the interval that the verdict weighs.
+    """
     about = {"unit": metric.unit, "definition": metric.definition, "source": metric.source}
+    off, found = numerical or 0.0, None
     if metric.of_pair:
         values = [metric(c.mpm[0], dem) for dem in c.dem]
         entry = {"value": number(float(np.mean(values)))} | spread(values)
         if len(c.dem) > 1:  # what the grains differ by among themselves
             noise = [metric(a, b) for i, a in enumerate(c.dem) for b in c.dem[i + 1 :]]
             entry["noise_floor"] = number(float(np.mean(noise)))
-        margin, judged = margin_of(metric, c.mpm[0], 0.0), lambda m: verdict.distance(values, m)
+        margin = margin_of(metric, c.mpm[0], 0.0)
+        if margin is not None:
+            found = verdict.distance(values, margin, off)
     else:
         mpm, dem = [metric(run) for run in c.mpm], [metric(run) for run in c.dem]
-        a, b = float(np.mean(mpm)), float(np.mean(dem))
-        entry = {
-            "mpm": number(a),
-            "dem": number(b),
-            "difference": number(a - b),
-            "relative_difference": number(a / b - 1.0 if b else math.nan),
-        }
-        entry |= {
-            f"{engine}_{k}": v
-            for engine, values in (("mpm", mpm), ("dem", dem))
-            for k, v in spread(values).items()
-        }
-        margin, judged = margin_of(metric, c.mpm[0], b), lambda m: verdict.equivalence(mpm, dem, m)
-    if margin is not None:
-        v = judged(margin)
-        entry |= {"margin": margin, "half_width": number(v.half_width), "verdict": v.word}
-    return entry | about
+        entry = both_sides(mpm, dem)
+        stored = c.packings.scatter.get(metric.name) if c.packings and len(dem) == 1 else None
+        if stored:
+            entry["stored_std"] = number(stored.deviation)
+        margin = margin_of(metric, c.mpm[0], float(np.mean(dem)))
+        if margin is not None:
+            found = verdict.equivalence(mpm, dem, margin, stored, off)
+    if numerical is not None:
+        entry["numerical_uncertainty"] = number(numerical)
+    return entry | (judgement(found, metric, c) if found else {}) | about
+
+
+def both_sides(mpm: list[float], dem: list[float]) -> dict:
+    """Values of a metric of either engine, and how far their means are apart."""
+    a, b = float(np.mean(mpm)), float(np.mean(dem))
+    entry = {
+        "mpm": number(a),
+        "dem": number(b),
+        "difference": number(a - b),
+        "relative_difference": number(a / b - 1.0 if b else math.nan),
+    }
+    for engine, values in (("mpm", mpm), ("dem", dem)):
+        entry |= {f"{engine}_{k}": v for k, v in spread(values).items()}
+    return entry
+
+
+def judgement(v: verdict.Verdict, metric: Metric, c: Comparison) -> dict:
+    """What an entry says of a verdict; of an energy, with what the numerics took of it."""
+    about = {}
+    if metric.margin == "compare.margin_energy":
+        losses = [(np.nan_to_num(numerical_loss(run)), run.engine) for run in c.mpm + c.dem]
+        loss, engine = max(losses)
+        v = v.decided_by(loss)
+        if v.word == verdict.UNDECIDABLE:
+            side = "continuum's" if engine == "mpm" else "grains'"
+            about = {"because": f"{100 * loss:.1f} % lost in the {side} numerics"}
+    return {
+        "margin": v.margin,
+        "half_width": number(v.half_width),
+        "verdict": v.word,
+        "decides": metric.decides,
+    } | about
 
 
 def evaluate(c: Comparison) -> dict[str, dict]:
     """metrics.json: every metric by name, and the scale of the pairing."""
-    out = {name: evaluate_one(metric, c) for name, metric in sorted(all_metrics().items())}
+    out = {
+        name: evaluate_one(metric, c, c.numerical_uncertainty.get(name))
+        for name, metric in sorted(all_metrics().items())
+    }
     out["mass_scale"] = {
         "value": c.mpm[0].mass_scale,
         "unit": "-",
@@ -185,11 +232,23 @@ def evaluate(c: Comparison) -> dict[str, dict]:
         ),
     }
     out["verdict"] = {
-        "value": verdict.overall([e["verdict"] for e in out.values() if "verdict" in e]),
+        "value": verdict.overall(
+            [e["verdict"] for e in out.values() if "verdict" in e and e["decides"]]
+        ),
         "unit": "-",
         "source": "equivalence tests against the case's margins",
         "definition": (
-            "agree, differ or unresolved for ensembles; within or outside margin for one pair."
+            "agree, differ or unresolved where the scatter of the packings is known; within or "
+            "outside margin where it is not; not decidable where the numerics took more energy "
+            "than the margin."
         ),
+        "scatter": scatter_words(c),
     }
     return out
+
+
+def scatter_words(c: Comparison) -> str:
+    """Where the scatter comes from that the verdicts weigh."""
+    if len(c.dem) > 1:
+        return f"scatter of the {len(c.dem)} packings of this folder"
+    return c.packings.words if c.packings else "the scatter of the packings is unknown"

@@ -39,7 +39,8 @@ class Control:
 
     @property
     def rejected(self) -> bool:
-        return verdict.overall(list(self.words.values())) in (verdict.DIFFER, verdict.OUTSIDE)
+        deciding = [word for name, word in self.words.items() if all_metrics()[name].decides]
+        return verdict.overall(deciding) in (verdict.DIFFER, verdict.OUTSIDE)
 
 
 def files(folder: Path) -> list[Path]:
@@ -62,7 +63,7 @@ def shuffled(run: Run, seed: int = 1) -> Run:
 
 def judge(name: str, candidate: Run, c: Comparison) -> Control:
     """The candidate in the continuum's place, against the same grains with the same margins."""
-    trial = pair([candidate], c.dem, same_scene=False)
+    trial = replace(pair([candidate], c.dem, same_scene=False), packings=c.packings)
     entries = {m.name: evaluate_one(m, trial) for m in all_metrics().values() if m.margin}
     return Control(name, {k: e["verdict"] for k, e in entries.items()})
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from compare.verdict.conclusion import headline
 from compare.verdict.controls import WORDS
 from cases.files import write_table
 
@@ -13,9 +14,9 @@ ENTRIES = {
     "unit": "unit",
     "mpm": "continuum",
     "dem": "grains",
-    "dem_std": "grains_deviation",
     "margin": "margin",
     "half_width": "half_width",
+    "numerical_uncertainty": "numerical_uncertainty",
     "verdict": "verdict",
 }
 
@@ -24,8 +25,8 @@ def table(metrics: dict) -> pd.DataFrame:
     """One row per metric that has a margin, from the entries of metrics.json.
 
     continuum, grains: means; grains_deviation: standard deviation between packings; difference of
-    the means, or the distance itself; half_width: of the difference's 90 % confidence interval; a
-    column per negative control.
+    the means, or the distance itself; half_width: of the difference's 90 % confidence interval;
+    numerical_uncertainty: what widens it besides; a column per negative control.
     """
     controls = [name for name in WORDS if f"control_{name}" in metrics]
     rows = []
@@ -33,8 +34,7 @@ def table(metrics: dict) -> pd.DataFrame:
         if "verdict" not in entry:
             continue
         row = {"metric": name} | {column: entry.get(key) for key, column in ENTRIES.items()}
-        if "value" in entry:
-            row |= {"grains_deviation": entry.get("std")}
+        row["grains_deviation"] = entry.get("dem_std", entry.get("std", entry.get("stored_std")))
         row["difference"] = entry.get("difference", entry.get("value"))
         rows.append(
             row | {control: metrics[f"control_{control}"]["words"][name] for control in controls}
@@ -47,6 +47,7 @@ def table(metrics: dict) -> pd.DataFrame:
         "grains_deviation",
         "difference",
         "half_width",
+        "numerical_uncertainty",
         "margin",
         "verdict",
         *controls,
@@ -59,10 +60,8 @@ def write(metrics: dict, runs: list, path: Path, command: str) -> None:
     all.
     """
     commits = ", ".join(sorted({f"{run.engine} {run.attributes['commit']}" for run in runs}))
-    judged = {
-        name: entry["value"]
-        for name, entry in metrics.items()
-        if name == "verdict" or name.startswith("control_")
+    judged = {"verdict": headline(metrics)} | {
+        name: entry["value"] for name, entry in metrics.items() if name.startswith("control_")
     }
     seeds = " ".join(str(run.attributes["seed"]) for run in runs if run.engine == "dem")
     header = [

@@ -20,13 +20,15 @@ dimension = "plane_strain"
 height = {height}
 length = {length}
 thickness = {thickness}
-floor_length = 1.0
+floor_length = {floor_length}
 gravity = 9.81
 [grains]
 diameter = 0.002
 density = 2500.0
 [initial]
 void_ratio = {void_ratio}
+[mpm]
+cell_size = 0.002
 [walls]
 front_back = "periodic"
 [compare]
@@ -102,29 +104,32 @@ def write_run(
     stretch=2.0,
     duration=5.0,
     frames=26,
-    dissipated=0.95,
-    peak=0.10,
+    dissipated=0.97,
+    peak=0.05,
     peak_time=1.2,
     seed=1,
     jitter=True,
     spacing=0.002,
+    floor_length=1.0,
+    attributes=None,
 ):
     """Writes a run of `engine` ("mpm" or "dem") whose block moves as Motion says.
 
     The potential energy follows the points; the kinetic energy is a bump of height `peak` (of M g
     H) at `peak_time` time scales; `dissipated` is the share of the remaining loss booked as
-    physical, the rest is unaccounted. Returns the path.
+    physical, the rest is unaccounted; `attributes` go onto the file's own. Returns the path.
     """
     rng = np.random.default_rng(seed)
     x0 = block(height, length, thickness, spacing, rng if jitter else None)
     motion = Motion(x0, stretch, duration, np.sqrt(height / 9.81))
     solid = height * length * thickness / (1.0 + void_ratio)
     mass = np.full(len(x0), solid * DENSITY / len(x0))
-    case = CASE.format(height=height, length=length, thickness=thickness, void_ratio=void_ratio)
+    scene = {"height": height, "length": length, "thickness": thickness}
+    case = CASE.format(**scene, void_ratio=void_ratio, floor_length=floor_length)
 
     path = Path(path)
     with h5py.File(path, "w") as f:
-        f.attrs.update(_attributes(engine, case, seed, motion.scale))
+        f.attrs.update(_attributes(engine, case, seed, motion.scale) | (attributes or {}))
         for i, tau in enumerate(np.linspace(0.0, duration, frames)):
             step = f.create_group(f"data/{i * 100}")
             step.attrs.update({"time": tau * motion.scale, "dt": 1e-5, "timeUnitSI": 1.0})

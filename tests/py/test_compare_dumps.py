@@ -12,7 +12,8 @@ from compare.verdict import comparison
 from compare.mapping import dumps
 from cases.errors import CaseError
 
-SCENE = case.parse(CASE.format(height=0.04, length=0.04, thickness=0.008, void_ratio=0.7))
+SIZES = {"height": 0.04, "length": 0.04, "thickness": 0.008, "floor_length": 1.0}
+SCENE = case.parse(CASE.format(**SIZES, void_ratio=0.7))
 DT = 1e-5
 
 

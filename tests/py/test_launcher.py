@@ -95,9 +95,10 @@ def test_cases_are_found_by_name_folder_and_file(tmp_path, monkeypatch):
     assert name_of(ROOT / "cases" / "column" / "case.toml") == "column"
 
 
-def test_verdict_is_five_lines_with_both_engines_and_their_difference():
+def test_verdict_is_a_line_a_headline_with_both_engines_and_their_difference():
     names = [
-        "run_out",
+        "run_out_95",
+        "centre_of_mass_x",
         "final_height",
         "kinetic_energy_peak_time",
         "dissipated_energy",
@@ -106,15 +107,18 @@ def test_verdict_is_five_lines_with_both_engines_and_their_difference():
     metrics = {
         name: {"mpm": 1.1, "dem": 1.0, "relative_difference": 0.1, "unit": "L0"} for name in names
     }
-    metrics["run_out"]["verdict"] = "within margin"
+    metrics["run_out_95"] |= {"verdict": "agree", "stored_std": 0.02}
+    metrics["run_out_95"]["numerical_uncertainty"] = 0.03
+    metrics["dissipated_energy"] |= {"verdict": "not decidable", "because": "11 % lost"}
     metrics["final_height"]["mpm"] = metrics["final_height"][
         "relative_difference"
     ] = None  # a result without a number
     header, *lines = verdict(metrics).splitlines()
     assert header.split() == ["MPM", "DEM", "MPM/DEM", "-", "1"]
-    assert len(lines) == 5
-    assert lines[0].split() == ["run-out", "[L0]", "1.1", "1", "+10.0", "%", "within", "margin"]
-    assert lines[1].split()[-3:] == ["-", "1", "-"]
+    assert len(lines) == 6
+    assert lines[0].split("[L0]")[1].split() == "1.1 ± 0.03 1 ± 0.02 +10.0 % agree".split()
+    assert lines[2].split()[-3:] == ["-", "1", "-"]
+    assert lines[4].endswith("   not decidable: 11 % lost")
 
 
 @pytest.mark.parametrize(

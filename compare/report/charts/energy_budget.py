@@ -25,6 +25,7 @@ def stack(ax, run, accounts, columns: int) -> tuple[float, float]:
     negative = [np.minimum(a.values, 0.0) for a in accounts]
     tau = run.energy_tau()
     shades = colours(accounts)
+    released = 100 * run.released() / run.reference_energy
     ax.stackplot(
         tau,
         positive,
@@ -42,7 +43,7 @@ def stack(ax, run, accounts, columns: int) -> tuple[float, float]:
         loc="upper center",
         bbox_to_anchor=(0.5, -0.2),
         ncols=columns,
-        title="share of $E_0$ at the end",
+        title=f"share of $E_0$ at the end; released {released:.1f} %",
         fontsize=8,
     )
     return np.sum(negative, axis=0).min(), np.sum(positive, axis=0).max()
@@ -58,7 +59,10 @@ def energy_budget(comparison, narrow):
     bottom, top = min(low for low, _ in reach), max(high for _, high in reach)
     for ax in axes:
         ax.set_ylim(1.03 * min(bottom, 0.0), 1.03 * top)
+    lost = comparison.mpm[0].normalised("unaccounted")[-1]
     return figure, (
+        f"The numerics of the continuum lost {100 * lost:.1f} % of E0, the energy that the grains "
+        "release: no share of its dissipation is known to better than that. "
         "What the released energy has become: held (blue), dissipated (orange), lost numerically "
         "or unexplained (grey). Totals and times compare; the accounts of dissipation are named by "
         "each engine in its own terms and do not correspond one to one."

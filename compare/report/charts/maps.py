@@ -29,10 +29,11 @@ def filled(run, frame, values):
     )
 
 
-def draw_maps(comparison, narrow, values, label, norm, cmap):
-    """values(run, frame) -> (ny, nx)."""
-    shown = instants(comparison)
-    runs = comparison.first
+def draw_maps(comparison, narrow, values, label, norm, cmap, engines=("mpm", "dem")):
+    """values(run, frame) -> (ny, nx); of the runs of `engines` only."""
+    chosen = [k for k, run in enumerate(comparison.first) if run.engine in engines]
+    shown = [tuple(pair[k] for k in chosen) for pair in instants(comparison)]
+    runs = [comparison.first[k] for k in chosen]
     length = runs[0].length
     grid = runs[0].fields.grid
     top = 1.12 * max(surface(run, frame).max() for run, frame in zip(runs, shown[0]))
@@ -47,9 +48,9 @@ def draw_maps(comparison, narrow, values, label, norm, cmap):
         + 2 * grid.spacing
     )
     width = NARROW if narrow else WIDE
-    columns = 1 if narrow else 2
+    columns = 1 if narrow else len(runs) if len(runs) > 1 else len(shown)
     panel = (width - 1.0) / columns * top / far + 0.42
-    count = 2 * len(shown) if narrow else len(shown)
+    count = len(runs) * len(shown) // columns
     figure, axes = plt.subplots(
         count,
         columns,
