@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from cases.errors import CaseError, EngineError
 
@@ -35,9 +36,9 @@ def call(command: list, **options) -> subprocess.CompletedProcess:
     not start.
     """
     words = [str(word) for word in command]
-    taken = {"capture_output": True, "text": True, "errors": "replace", "check": False}
+    taken: dict[str, Any] = {"capture_output": True, "text": True, "errors": "replace"} | options
     try:
-        return subprocess.run(words, **(taken | options))
+        return subprocess.run(words, check=False, **taken)
     except OSError as error:
         raise unstarted(words[0], error) from error
 
@@ -48,9 +49,7 @@ def unstarted(name: str | Path, error: OSError) -> EngineError:
         return EngineError(f"{name}: cannot be started ({error.strerror})")
     package = PACKAGES.get(Path(name).name)
     if package:
-        return EngineError(
-            f"{name}: no such program (not installed) install the package {package}"
-        )
+        return EngineError(f"{name}: no such program (not installed) install the package {package}")
     return EngineError(f"{name}: no such program (not built) any ./grainpair run builds it")
 
 

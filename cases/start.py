@@ -27,5 +27,9 @@ def clean(environment) -> None:
 if __name__ == "__main__":
     clean(os.environ)
     sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    from cases.programs import user_cache
+
+    if not os.access(os.environ.get("HOME", ""), os.W_OK):  # where matplotlib keeps its fonts' list
+        os.environ.setdefault("MPLCONFIGDIR", str(user_cache() / "grainpair" / "matplotlib"))
     del sys.argv[0]
     runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)

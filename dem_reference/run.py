@@ -60,7 +60,7 @@ def run(
     refuse(tables)
     Plan.of(tables)
     settled = packing.obtain(tables, seed, store, progress.part(0.0, PACKING_SHARE))
-    work = Path(tempfile.mkdtemp(prefix=f".{output.name}-", dir=output.parent))
+    work = Path(tempfile.mkdtemp(prefix=f".{output.name}-", dir=output.parent)).resolve()
     try:
         with h5py.File(settled / "packing.h5") as made:
             version = made.attrs["engine_version"]
@@ -120,7 +120,6 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument(
         "--packings",
         type=Path,
-        default=kept("packings"),
         help="folder that keeps settled packings for reuse",
     )
     parser.add_argument(
@@ -152,7 +151,7 @@ def main(words: list[str] | None = None) -> int:
             load(options.case, options.set),
             options.output,
             options.seed,
-            options.packings,
+            options.packings or kept("packings"),
             Progress(options.progress),
             command,
             options.driver == "script",

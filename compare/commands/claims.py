@@ -2,14 +2,12 @@
 
 import importlib
 import json
-import subprocess
-import sys
 import tomllib
 from functools import cache
 from typing import Any
 
-from cases.errors import CaseError
-from cases.programs import ROOT
+from cases.errors import CaseError, EngineError
+from cases.programs import ROOT, call, module, own
 
 CLAIMS = ROOT / "cases" / "claims"
 RELATIONS = {
@@ -109,10 +107,8 @@ def measure(reference: str) -> float:
 @cache
 def metrics(name: str) -> dict:
     """metrics.json of a fresh run of a case."""
-    out = ROOT / "runs" / "claims" / name
-    subprocess.run(
-        [sys.executable, "-m", "compare", "run", name, "--out", out, "--quiet"],
-        check=True,
-        stdout=subprocess.DEVNULL,
-    )
+    out = own("runs", "claims", name)
+    done = call(module("compare", "run", name, "--out", out, "--quiet"))
+    if done.returncode:
+        raise EngineError(done.stderr.strip())
     return json.loads((out / "metrics.json").read_text())

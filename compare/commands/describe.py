@@ -5,11 +5,9 @@ complete values are shown. Scenes, element tests, paths of a material point and 
 their own: --kind.
 """
 
-import subprocess
-
 from cases import case
 from compare.commands.run import find_case
-from cases.programs import program
+from cases.programs import call, program
 
 TARGETS = ["mpm_case"]
 
@@ -28,12 +26,7 @@ def arguments(parser):
 
 def run(options) -> int:
     kind = ["--kind", options.kind] if options.kind else []
-    keys = subprocess.run(
-        [program("mpm_case"), "--describe", options.word, *kind],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    keys = call([program("mpm_case"), "--describe", options.word, *kind])
     if keys.stdout:
         print(keys.stdout, end="")
     else:

@@ -11,7 +11,7 @@ from pathlib import Path
 from cases import workflow
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically, write_table
-from cases.programs import ROOT
+from cases.programs import ROOT, own
 from compare.element import campaign, records
 from compare.element.blocks import every
 from compare.element.case import Case
@@ -75,7 +75,7 @@ def run(options) -> int:
         raise EngineError(f"{case.path}: no point could be measured ({'; '.join(failed)})")
 
     folder = case.test + ("_quick" if options.quick else "")
-    out = options.out or ROOT / "runs" / "element" / folder
+    out = options.out or own("runs", "element", folder)
     errors = table(test.blocks(measured, every), models)
     sentences = verdicts(errors) + [f"not measured: {reason}" for reason in failed]
     if not options.quick:
@@ -97,6 +97,6 @@ def reference(case: Case, cores: int) -> Rows:
                 f"{case.path}: {len(missing)} points are not measured (only cases/{case.test} has "
                 "a campaign) use --quick for one point"
             )
-        snakefile, folder = ROOT / "compare/element/Snakefile", ROOT / "build" / "element"
-        workflow.run(snakefile, folder, {"tests": case.test}, workflow.Where(cores), alone=True)
+        snakefile, where = ROOT / "compare/element/Snakefile", workflow.Where(cores)
+        workflow.run(snakefile, own("build", "element"), {"tests": case.test}, where, alone=True)
     return records.read(records.reference_file(case))

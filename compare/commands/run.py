@@ -7,14 +7,13 @@ metrics.json, report.html, figures/.
 import json
 import os
 import shutil
-import sys
 import tempfile
 from pathlib import Path
 
 from cases import case
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
-from cases.programs import ROOT, name_of, program
+from cases.programs import ROOT, module, name_of, program
 from dem_reference.content import ensemble_folder
 
 # What an earlier run may have left in the folder.
@@ -79,12 +78,12 @@ def grains(scene: case.Case, options, common: list, scratch: Path) -> tuple[Stag
     if options.seeds == 1:
         result = scratch / "dem.h5"
         words = ["dem_reference.run", *common, "--seed", options.seed, "--progress", "-o", result]
-        return Stage("grains (DEM)", [sys.executable, "-m", *words]), [result]
+        return Stage("grains (DEM)", module(*words)), [result]
     words = ["dem_reference.ensemble", *common, "--first", options.seed, "--seeds", options.seeds]
     folder = ensemble_folder(scene)
     words += ["--jobs", cores(), "--table", folder / "ensemble.csv"]
     seeds = range(options.seed, options.seed + options.seeds)
-    stage = Stage(f"grains (DEM), {options.seeds} seeds", [sys.executable, "-m", *words])
+    stage = Stage(f"grains (DEM), {options.seeds} seeds", module(*words))
     return stage, [folder / f"{seed}.h5" for seed in seeds]
 
 
@@ -142,7 +141,7 @@ def run(options) -> int:
         for result in scratch.iterdir():
             os.replace(result, out / result.name)
     run_stages(
-        [Stage("comparison", [sys.executable, "-m", "compare.report", out, "--progress"])],
+        [Stage("comparison", module("compare.report", out, "--progress"))],
         quiet=options.quiet,
     )
     print(verdict(json.loads((out / "metrics.json").read_text())))

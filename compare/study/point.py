@@ -8,12 +8,12 @@ the recipe at all.
 
 import os
 import resource
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 from cases.errors import Failure, code_of
+from cases.programs import call
 from compare.mapping.runs import open_run
 from compare.study import job
 from compare.study.failure import classify
@@ -31,14 +31,8 @@ def measure(scene: Path, recipe: Recipe) -> dict:
 
     with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
         result = Path(folder) / "run.h5"
-        done = subprocess.run(
-            recipe.words(scene, result),
-            capture_output=True,
-            text=True,
-            preexec_fn=limited,
-            check=False,
-            env=os.environ | {"OMP_NUM_THREADS": "1"},
-        )
+        words = recipe.words(scene, result)
+        done = call(words, preexec_fn=limited, env=os.environ | {"OMP_NUM_THREADS": "1"})
         if done.returncode == 0:
             return {"status": "ok"} | compact(open_run(result))
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
