@@ -57,9 +57,8 @@ def program(name: str) -> Path:
     """Path of a compiled program: in $GRAINPAIR_BUILD, or where ./grainpair builds."""
     if named := os.environ.get("GRAINPAIR_BUILD"):
         return Path(named) / name
-    inside = ROOT / "build" / "release"
-    elsewhere = of_this_clone(user_cache()) / "build" / "release"
-    return (elsewhere if not can_write(inside) and (elsewhere / name).exists() else inside) / name
+    elsewhere = of_this_clone(user_cache()) / "build" / "release" / name
+    return elsewhere if elsewhere.exists() else ROOT / "build" / "release" / name
 
 
 def kept(*words: str) -> Path:
@@ -80,7 +79,7 @@ def own(*words: str) -> Path:
 
 def of_this_clone(cache: Path) -> Path:
     """Its folder of a cache; another clone has another."""
-    return cache / "grainpair" / f"{ROOT.name}-{hashlib.sha256(os.fsencode(ROOT)).hexdigest()[:12]}"
+    return cache / "grainpair" / hashlib.sha256(os.fsencode(ROOT)).hexdigest()[:16]
 
 
 def can_write(path: Path) -> bool:

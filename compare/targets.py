@@ -1,8 +1,8 @@
 """What a command line of grainpair needs built, and where; prints nothing where it needs nothing.
 
-Else, line by line: the build folder; a digest of the sources, which the launcher leaves there for
-each target that it has built; `ready` where all that is needed is there and of these sources, else
-`stale`; ninja's targets. A command's file says what it needs, as `TARGETS = ["…"]` or as a function
+Else, line by line: the folder of the sources, as CMake is told it; the build folder; a digest of
+the sources, which the launcher leaves there for each target that it has built; `ready` where all
+that is needed is there and of these sources, else `stale`; ninja's targets. A command's file says what it needs, as `TARGETS = ["…"]` or as a function
 `targets(words)`; where it says neither, it needs all the programs. Help, the version and words that
 are no command need nothing.
 Only Python's own library is imported: the launcher asks before anything is installed.
@@ -11,12 +11,14 @@ Only Python's own library is imported: the launcher asks before anything is inst
 import ast
 import importlib
 import os
+import re
 import sys
 from pathlib import Path
 
 from cases.content import of_files
 from cases.errors import CaseError
-from cases.programs import ROOT, can_write, own
+from cases.files import replacing
+from cases.programs import ROOT, can_write, of_this_clone, user_cache
 
 COMMANDS = Path(__file__).parent / "commands"
 HELP = {"-h", "--help", "--version"}
@@ -58,17 +60,40 @@ def ready(folder: Path, needed: list[str], digest: str) -> bool:
 
 
 def plan(words: list[str]) -> list[str]:
-    """The lines to print."""
+    """The lines to print. Raises CaseError where CMake could not build there."""
     needed = targets(words)
     if not needed:
         return []
-    digest, folder = sources(), Path(os.environ.get("GRAINPAIR_BUILD", ""))
-    if not os.environ.get("GRAINPAIR_BUILD"):
-        folder = ROOT / "build" / "release"
-        # What somebody else has built in his own clone is used as long as it is of its sources.
-        if not can_write(folder) and not ready(folder, needed, digest):
-            folder = own("build", "release")
-    return [str(folder), digest, "ready" if ready(folder, needed, digest) else "stale", *needed]
+    digest, source = sources(), ROOT
+    folder = Path(os.environ.get("GRAINPAIR_BUILD") or ROOT / "build" / "release")
+    # What somebody else has built in his own clone is used as long as it is of its sources.
+    if not plain(source) or not (can_write(folder) or ready(folder, needed, digest)):
+        elsewhere = of_this_clone(user_cache(make=True))
+        if not plain(source):
+            source = linked(elsewhere / "source")
+        if not os.environ.get("GRAINPAIR_BUILD"):
+            folder = elsewhere / "build" / "release"
+    if not plain(folder):
+        raise CaseError(
+            f"{folder}: cannot be built in (CMake takes no such path) name another in "
+            "GRAINPAIR_BUILD"
+        )
+    state = "ready" if ready(folder, needed, digest) else "stale"
+    return [str(source), str(folder), digest, state, *needed]
+
+
+def plain(path: Path) -> bool:
+    """Whether CMake takes a path: #, < and > it refuses, others mean something to it."""
+    return bool(re.fullmatch(r"[\w ./+@,=:~^-]+", str(path)))
+
+
+def linked(link: Path) -> Path:
+    """`link`, which leads to this clone."""
+    if not link.is_symlink() or link.readlink() != ROOT:
+        link.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(link) as part:
+            part.symlink_to(ROOT)
+    return link
 
 
 if __name__ == "__main__":
