@@ -2,9 +2,9 @@
 
 Else, line by line: the folder of the sources, as CMake is told it; the build folder; a digest of
 the sources, which the launcher leaves there for each target that it has built; `ready` where all
-that is needed is there and of these sources, else `stale`; ninja's targets. A command's file says what it needs, as `TARGETS = ["…"]` or as a function
-`targets(words)`; where it says neither, it needs all the programs. Help, the version and words that
-are no command need nothing.
+that is needed is there and of these sources, else `stale`; ninja's targets. A command's file says
+what it needs, as `TARGETS = ["…"]` or as a function `targets(words)`; where it says neither, it
+needs all the programs. Help, the version and words that are no command need nothing.
 Only Python's own library is imported: the launcher asks before anything is installed.
 """
 
