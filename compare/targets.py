@@ -64,15 +64,13 @@ def plan(words: list[str]) -> list[str]:
     needed = targets(words)
     if not needed:
         return []
-    digest, source = sources(), ROOT
-    folder = Path(os.environ.get("GRAINPAIR_BUILD") or ROOT / "build" / "release")
+    digest, source, named = sources(), ROOT, os.environ.get("GRAINPAIR_BUILD")
+    folder = Path(named or ROOT / "build" / "release")
     # What somebody else has built in his own clone is used as long as it is of its sources.
-    if not plain(source) or not (can_write(folder) or ready(folder, needed, digest)):
-        elsewhere = of_this_clone(user_cache(make=True))
-        if not plain(source):
-            source = linked(elsewhere / "source")
-        if not os.environ.get("GRAINPAIR_BUILD"):
-            folder = elsewhere / "build" / "release"
+    if not named and not (can_write(folder) and plain(folder) or ready(folder, needed, digest)):
+        folder = of_this_clone(user_cache(make=True)) / "build" / "release"
+    if not plain(source):
+        source = linked(of_this_clone(user_cache(make=True)) / "source")
     if not plain(folder):
         raise CaseError(
             f"{folder}: cannot be built in (CMake takes no such path) name another in "
