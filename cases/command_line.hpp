@@ -10,7 +10,7 @@
 
 namespace grainpair {
 
-// The same bounds as in Python (cases/arguments.py).
+// The same bounds as in Python (cases/command_line.py).
 inline constexpr int most_threads = 1024;
 inline constexpr unsigned most_seed = 4294967295u;
 

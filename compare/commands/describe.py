@@ -6,6 +6,7 @@ their own: --kind.
 """
 
 from cases import case
+from cases.errors import CaseError
 from compare.commands.run import find_case
 from cases.programs import call, program
 
@@ -29,6 +30,11 @@ def run(options) -> int:
     keys = call([program("mpm_case"), "--describe", options.word, *kind])
     if keys.stdout:
         print(keys.stdout, end="")
-    else:
-        print(case.load(find_case(options.word), kind=options.kind).resolved, end="")
+        return 0
+    try:
+        path = find_case(options.word)
+    except CaseError as error:
+        words = str(error).removeprefix(f"{options.word}: ")
+        raise CaseError(f"{options.word}: no key starts so, and there is {words}") from error
+    print(case.load(path, kind=options.kind).resolved, end="")
     return 0

@@ -8,10 +8,11 @@ the errors are tabulated with a verdict.
 import json
 from pathlib import Path
 
-from cases import workflow
+from cases import command_line, workflow
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically, write_table
 from cases.programs import ROOT, own
+from compare.commands.run import find_case
 from compare.element import campaign, records
 from compare.element.blocks import every
 from compare.element.case import Case
@@ -25,7 +26,7 @@ CARDS = ("seed_table1", "dem_mu05")
 
 
 def arguments(parser):
-    parser.add_argument("case", type=Path, metavar="CASE", help="such as cases/shear")
+    parser.add_argument("case", metavar="CASE", help="such as cases/shear, or shear")
     parser.add_argument(
         "--quick", action="store_true", help="measure one small point in place of the reference's"
     )
@@ -36,7 +37,11 @@ def arguments(parser):
         help=f"material card, may be repeated (default: {', '.join(CARDS)})",
     )
     parser.add_argument(
-        "--cores", type=int, default=1, metavar="N", help="points measured at a time (default: 1)"
+        "--cores",
+        type=command_line.threads,
+        default=1,
+        metavar="N",
+        help="points measured at a time (default: 1)",
     )
     parser.add_argument(
         "--closed-form", action="store_true", help="the law by its closed forms, not by mpm_point"
@@ -50,7 +55,7 @@ def arguments(parser):
 
 
 def run(options) -> int:
-    case = Case(options.case)
+    case = Case(find_case(options.case))
     test = test_of(case)
     if not isinstance(test, ComparedTest):
         raise CaseError(

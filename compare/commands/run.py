@@ -4,13 +4,14 @@ The results stand in one folder (--out, by default runs/<case>): mpm.h5, dem.h5,
 metrics.json, report.html, figures/.
 """
 
+import difflib
 import json
 import os
 import shutil
 import tempfile
 from pathlib import Path
 
-from cases import case
+from cases import case, command_line
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
 from cases.programs import ROOT, module, name_of, program
@@ -46,25 +47,38 @@ def arguments(parser):
         help="overrides a key of the case; may be repeated",
     )
     parser.add_argument(
-        "--seed", type=int, default=1, help="of the packing and of jittered points (%(default)s)"
+        "--seed",
+        type=command_line.seed,
+        default=1,
+        help="of the packing and of jittered points (%(default)s)",
     )
     parser.add_argument(
         "--seeds",
-        type=int,
+        type=command_line.several,
         default=1,
         metavar="N",
         help="an ensemble of N packings, through Snakemake; the verdicts then weigh its scatter "
         "(%(default)s)",
     )
-    parser.add_argument("--threads", type=int, default=1, help="of the continuum (%(default)s)")
+    parser.add_argument(
+        "--threads", type=command_line.threads, default=1, help="of the continuum (%(default)s)"
+    )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
 
 
 def find_case(name: str) -> Path:
-    """`name` as a path if there is one, else the folder of that name in cases/."""
-    path, named = Path(name), ROOT / "cases" / name
-    if path.exists() or not named.is_dir():
-        return path
+    """`name` as a path if there is one, else the folder of that name in cases/.
+
+    Raises CaseError for a word that is neither.
+    """
+    named = ROOT / "cases" / name
+    if os.path.lexists(name) or "/" in name or name.endswith(".toml"):
+        return Path(name)
+    known = sorted(file.parent.name for file in (ROOT / "cases").glob("*/case.toml"))
+    if name not in known:
+        near = difflib.get_close_matches(name, known, 1)
+        hint = f" Did you mean '{near[0]}'?" if near else ""
+        raise CaseError(f"{name}: no such case (known: {', '.join(known)}).{hint}")
     return Path(os.path.relpath(named)) if named.is_relative_to(Path.cwd()) else named
 
 
@@ -92,8 +106,6 @@ def cores() -> int:
 
 
 def run(options) -> int:
-    if options.seeds < 1:
-        raise CaseError(f"--seeds {options.seeds}: at least one packing is needed")
     scene = case.load(find_case(options.case), options.overrides)
     if scene["geometry.dimension"] == "axisymmetric":
         raise CaseError(
