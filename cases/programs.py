@@ -12,7 +12,7 @@ from cases.errors import CaseError, EngineError
 
 ROOT = Path(__file__).resolve().parents[1]
 PYTHON = "/usr/bin/python3"  # Debian's own: another one first on PATH would lack the packages
-PACKAGES = {"lmp": "lammps", "liggghts": "liggghts", "mpirun": "openmpi-bin"}  # of programs
+PACKAGES = {"lmp": "lammps", "mpirun": "openmpi-bin"}  # of programs that are called otherwise
 
 
 def module(name: str, *words) -> list[str]:
@@ -47,10 +47,10 @@ def unstarted(name: str | Path, error: OSError) -> EngineError:
     """Why a program did not start, in one line."""
     if not isinstance(error, FileNotFoundError):
         return EngineError(f"{name}: cannot be started ({error.strerror})")
-    package = PACKAGES.get(Path(name).name)
-    if package:
-        return EngineError(f"{name}: no such program (not installed) install the package {package}")
-    return EngineError(f"{name}: no such program (not built) any ./grainpair run builds it")
+    if os.sep in str(name):
+        return EngineError(f"{name}: no such program (not built) any ./grainpair run builds it")
+    package = PACKAGES.get(str(name), name)
+    return EngineError(f"{name}: no such program (not installed) install the package {package}")
 
 
 def program(name: str) -> Path:
