@@ -1,0 +1,5 @@
+"""The ground floor of both engines."""
+
+from cases.programs import alone
+
+alone()

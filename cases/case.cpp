@@ -9,26 +9,44 @@
 #include "cases/together.hpp"
 
 namespace grainpair {
+
+extern const char* const cards_folder;  // of this clone
+
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr const char* least = "geometry, grains, initial, material, mpm";
 
-/// The file of a material card: a path that ends in .toml, or a name looked up in the `materials`
-/// folder beside the case file or beside a folder above it.
+bool there(const fs::path& file) {
+  std::error_code unknown;
+  return fs::exists(file, unknown);
+}
+
+/// The file of a material card, a name or a path that ends in .toml: beside the case file, for a
+/// name also in the `materials` of its folder or of one above; then among the cards of this clone.
 fs::path find_card(const Given& card) {
   const std::string name = std::get<std::string>(card.value);
-  if (name.ends_with(".toml")) return (card.folder / name).lexically_normal();
+  const bool named = !name.ends_with(".toml");
+  const fs::path file = named ? name + ".toml" : name;
   const fs::path start = card.folder.empty() ? fs::path(".") : card.folder;
-  for (fs::path folder = fs::absolute(start).lexically_normal();; folder = folder.parent_path()) {
-    for (const char* place : {"materials", "cases/materials"})
-      if (const fs::path file = folder / place / (name + ".toml"); fs::exists(file))
-        return file.lexically_proximate(fs::current_path());
+  const fs::path own = cards_folder;
+  std::vector<fs::path> places{start / file};
+  const fs::path top = fs::absolute(start).lexically_normal();
+  for (fs::path folder = top; named; folder = folder.parent_path()) {
+    places.push_back(folder / "materials" / file);
+    places.push_back(folder / "cases" / "materials" / file);
     if (folder == folder.root_path()) break;
   }
-  refuse(card.where, "no material card '{0}' (no materials/{0}.toml beside {1} or above it). {2}",
-         name, start.string(), "A card elsewhere is named by its path, ending in .toml.");
+  places.push_back(own / file);
+  const auto found = std::ranges::find_if(places, there);
+  if (found == places.end())
+    refuse(card.where, "no material card '{}' (no {} in {}{}, nor in {}). {}", name, file.string(),
+           start.string(), named ? ", nor in materials/ there or above" : "", own.string(),
+           named ? "A card elsewhere is named by its path, ending in .toml."
+                 : "A path starts from the case file, or from the root.");
+  return found == places.begin() ? found->lexically_normal()
+                                 : found->lexically_proximate(fs::current_path());
 }
 
 void take_card(GivenValues& given) {
@@ -52,20 +70,21 @@ void take_card(GivenValues& given) {
 
 Case Case::load(const std::string& path, const std::vector<std::string>& overrides) {
   Case result;
-  result.path_ = fs::is_directory(path) ? (fs::path(path) / "case.toml").string() : path;
+  result.path_ = input_file(path);
 
   GivenValues given;
   for (const auto& assignment : overrides) {
     const std::string where = "--set " + assignment;
     auto [key, value] = check_assignment(assignment, where);
-    given.insert_or_assign(key, Given{std::move(value), where, fs::path()});
+    given.insert_or_assign(key,
+                           Given{std::move(value), where, fs::path(result.path_).parent_path()});
   }
 
   std::set<fs::path> seen;
   for (std::string file = result.path_; !file.empty();) {
     const std::string text = read_text(file, least);
     if (result.text_.empty()) result.text_ = text;
-    seen.insert(fs::weakly_canonical(file));
+    seen.insert(fs::canonical(file));
     const toml::table table = parse_toml(text, file);
     const Source source{file};
     if (const auto* element = table.get("element"))
@@ -78,10 +97,12 @@ Case Case::load(const std::string& path, const std::vector<std::string>& overrid
     if (!extends || std::get<std::string>(extends.mapped().value).empty()) continue;
     const Given& base = extends.mapped();
     file = (base.folder / std::get<std::string>(base.value)).lexically_normal().string();
-    if (seen.contains(fs::weakly_canonical(file)))
+    std::error_code error;
+    if (seen.contains(fs::canonical(file, error)))
       refuse(base.where, "extends '{}', which extends this file in turn (a circle has no end)",
              file);
-    if (!fs::exists(file)) refuse(base.where, "extends '{}', which does not exist", file);
+    if (error == std::errc::no_such_file_or_directory)
+      refuse(base.where, "extends '{}', which does not exist", file);
   }
   take_card(given);
   result.values_ = complete(schema(), given, result.path_, "");

@@ -3,7 +3,7 @@
 There is no other validator.
 """
 
-import subprocess
+import os
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from cases.errors import CaseError, EngineError
-from cases.programs import ROOT, program
+from cases.programs import ROOT, call, program
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def load(path: str | Path, overrides: Iterable[str] = (), kind: str = "scene") -
     the validator's line; EngineError if the validator is not built.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):
         path = path / "case.toml"
     command = [
         str(program("mpm_case")),
@@ -49,15 +49,11 @@ def load(path: str | Path, overrides: Iterable[str] = (), kind: str = "scene") -
         *(["--kind", kind] if kind else []),
         *(word for assignment in overrides for word in ("--set", assignment)),
     ]
-    try:
-        check = subprocess.run(command, capture_output=True, text=True, check=False)
-    except FileNotFoundError as missing:
-        raise EngineError(
-            f"{command[0]}: no such program (not built). "
-            "Build it with: cmake --build --preset release"
-        ) from missing
-    if check.returncode:
+    check = call(command)
+    if check.returncode == 2:
         raise CaseError(check.stderr.strip())
+    if check.returncode:
+        raise EngineError(check.stderr.strip() or f"mpm_case: ended with code {check.returncode}")
     return Case(path, path.read_text(), check.stdout, tomllib.loads(check.stdout))
 
 

@@ -57,5 +57,8 @@ int main(int argc, char** argv) {
   } catch (const CaseError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 2;
+  } catch (const std::exception& error) {  // such as a working folder that is gone
+    fmt::print(stderr, "{}: {}\n", path, error.what());
+    return 3;
   }
 }

@@ -253,10 +253,11 @@ std::pair<std::string, Value> check_assignment(const std::string& text, const st
   const Key& key = scene_key(name, where);
   toml::table parsed;
   try {
-    parsed = toml::parse("value = " + given);
+    if (!too_deep(given)) parsed = toml::parse("value = " + given);
   } catch (const toml::parse_error&) {
-    parsed.insert("value", given);
+    parsed.clear();
   }
+  if (!parsed.contains("value")) parsed.insert("value", given);
   const bool textual = key.type == Key::Type::text || key.type == Key::Type::choice;
   if (textual && !parsed.get("value")->is_string()) parsed.insert_or_assign("value", given);
   const Source source{where, false};

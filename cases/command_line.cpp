@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <limits>
 
 namespace grainpair {
@@ -22,6 +24,17 @@ bool read(const std::string& word, Number& value) {
 template <class Value>
 bool read(const std::string& word, std::vector<Value>& values) {
   return read(word, values.emplace_back());
+}
+
+/// Of whole numbers.
+template <class Number>
+std::function<std::string(const std::string&)> limited(Number low, Number high) {
+  return [=](const std::string& word) {
+    Number n = low;
+    return read(word, n) && low <= n && n <= high
+               ? std::string()
+               : fmt::format("{} is no whole number from {} to {}", word, low, high);
+  };
 }
 
 std::function<std::string(const std::string&)> limited(double low, double high,
@@ -63,6 +76,14 @@ CommandLine& CommandLine::positive() {
 }
 CommandLine& CommandLine::count(int values) {
   parser_->last->expected(values);
+  return *this;
+}
+CommandLine& CommandLine::threads() {
+  parser_->last->check(limited<int>(1, most_threads));
+  return *this;
+}
+CommandLine& CommandLine::seed() {
+  parser_->last->check(limited<unsigned>(0, most_seed));
   return *this;
 }
 
@@ -115,8 +136,13 @@ CommandLine& CommandLine::flag(const std::string& names, bool& value, const std:
 std::optional<int> CommandLine::parse(int argc, char** argv) {
   try {
     parser_->app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // for help
+    return parser_->app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    return parser_->app.exit(error) == 0 ? 0 : 2;
+    std::string line = fmt::format("{} (see --help)", error.what());
+    std::ranges::replace(line, '\n', ' ');
+    fmt::print(stderr, "{}: {}\n", std::filesystem::path(argv[0]).filename().string(), line);
+    return 2;
   }
   return std::nullopt;
 }

@@ -10,6 +10,10 @@
 
 namespace grainpair {
 
+// The same bounds as in Python (cases/command_line.py).
+inline constexpr int most_threads = 1024;
+inline constexpr unsigned most_seed = 4294967295u;
+
 class CommandLine {
  public:
   /// `does`: what the program does, the first line of its help.
@@ -22,6 +26,8 @@ class CommandLine {
   CommandLine& within(double low, double high);
   CommandLine& positive();
   CommandLine& count(int values);
+  CommandLine& threads();  // a number of threads
+  CommandLine& seed();     // a random number's
 
   /// "name" is a positional argument, "-n,--name" an option; `value` keeps what it holds where none
   /// is given. Value: std::string, int, unsigned, double, or a vector of strings, doubles or sizes.

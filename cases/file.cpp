@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <tuple>
 
@@ -14,8 +15,19 @@ std::string Source::at(const toml::node& node) const {
   return has_lines ? fmt::format("{}:{}", name, node.source().begin.line) : name;
 }
 
+std::string input_file(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code unknown;  // then it is no folder
+  return fs::is_directory(path, unknown) ? (fs::path(path) / "case.toml").string() : path;
+}
+
 std::string read_text(const std::string& path, const std::string& holds) {
   constexpr std::size_t limit = 1 << 20;
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  // To open a pipe is to wait for its writer, and some devices never end.
+  if (std::filesystem::is_other(status))
+    refuse(path, "is not a case file (a pipe, socket or device)");
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::string text(limit + 1, '\0');
@@ -30,7 +42,61 @@ std::string read_text(const std::string& path, const std::string& holds) {
   return text;
 }
 
+std::optional<std::size_t> too_deep(const std::string& text) {
+  constexpr int most = 32;  // brackets in brackets, or words of one dotted key
+  std::size_t line = 1;
+  int brackets = 0, dots = 0;
+  std::string_view quote;  // what ends the string that the place is in
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::string_view rest = std::string_view(text).substr(i);
+    if (rest.front() == '\n') {
+      ++line, dots = 0;
+      if (quote.size() == 1) quote = {};
+    }
+    if (!quote.empty()) {
+      if (quote.front() == '"' && rest.front() == '\\')
+        ++i;
+      else if (rest.starts_with(quote))
+        i += quote.size() - 1, quote = {};
+      continue;
+    }
+    for (const char* opening : {"\"\"\"", "\'\'\'", "\"", "\'"})
+      if (quote.empty() && rest.starts_with(opening)) quote = opening;
+    if (!quote.empty()) {
+      i += quote.size() - 1;
+      continue;
+    }
+    switch (rest.front()) {
+      case '#':
+        i = std::min(text.find('\n', i), text.size()) - 1;
+        break;
+      case '.':
+        ++dots;
+        break;
+      case '[':
+      case '{':
+        ++brackets, dots = 0;
+        break;
+      case ']':
+      case '}':
+        --brackets;
+        [[fallthrough]];
+      case ',':
+      case '=':
+        dots = 0;
+        break;
+      default:
+        break;
+    }
+    if (brackets > most || dots > most) return line;
+  }
+  return std::nullopt;
+}
+
 toml::table parse_toml(const std::string& text, const std::string& path) {
+  if (const auto line = too_deep(text))
+    refuse(fmt::format("{}:{}", path, *line),
+           "tables or lists lie more than 32 deep in each other (no key is that deep)");
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& error) {

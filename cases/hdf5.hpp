@@ -2,8 +2,15 @@
 // Failures throw.
 #pragma once
 
+#include <fcntl.h>
 #include <hdf5.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -68,9 +75,28 @@ inline Handle create_file(const std::string& path) {
   return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, "create " + path};
 }
 
+/// Why a file that HDF5 does not open cannot be read.
+inline std::string unreadable(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK);
+  if (file < 0) return std::strerror(errno);
+  struct stat about {};
+  const bool regular = ::fstat(file, &about) == 0 && S_ISREG(about.st_mode);
+  // HDF5 locks what it writes.
+  const bool held = ::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  ::close(file);
+  return held      ? "another process is writing it; wait until that has ended"
+         : regular ? "not HDF5, or cut short"
+                   : "not a file";
+}
+
 inline Handle open_file(const std::string& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are exceptions, not prints
-  return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open " + path};
+  std::error_code unknown;
+  const hid_t file = std::filesystem::is_regular_file(path, unknown)
+                         ? H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)
+                         : H5I_INVALID_HID;
+  if (file < 0) throw Error(path + ": cannot be read (" + unreadable(path) + ")");
+  return {file, H5Fclose, ""};
 }
 
 /// Creates a group and whatever groups lead to it.

@@ -1,7 +1,5 @@
 #include "cases/kinds.hpp"
 
-#include <filesystem>
-
 #include "cases/check.hpp"
 #include "cases/together.hpp"
 
@@ -17,9 +15,8 @@ const char* least_of(Kind kind) {
 }  // namespace
 
 Document read_document(const std::string& path, Kind kind) {
-  namespace fs = std::filesystem;
   Document document;
-  document.path = fs::is_directory(path) ? (fs::path(path) / "case.toml").string() : path;
+  document.path = input_file(path);
   document.text = read_text(document.path, least_of(kind));
   GivenValues given;
   const std::vector<Key>& keys = schema(kind);

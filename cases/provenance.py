@@ -18,7 +18,11 @@ def commit() -> str:
 
     def git(*words):
         return subprocess.run(
-            ["git", "-C", ROOT, *words], capture_output=True, text=True, check=False
+            # also of a clone that is somebody else's
+            ["git", "-c", "safe.directory=*", "-C", ROOT, *words],
+            capture_output=True,
+            text=True,
+            check=False,
         )
 
     head = git("describe", "--always", "--abbrev=12")

@@ -17,6 +17,7 @@ from typing import IO
 from tqdm import tqdm
 
 from cases.errors import CaseError, EngineError
+from cases.programs import unstarted
 
 
 @dataclass(frozen=True)
@@ -111,9 +112,7 @@ class Running:
                 start_new_session=True,
             )
         except OSError as error:
-            raise EngineError(
-                f"{stage.command[0]}: cannot be started ({error.strerror})"
-            ) from error
+            raise unstarted(stage.command[0], error) from error
         assert self.process.stdout and self.process.stderr  # both are pipes
         self.readers = [
             threading.Thread(target=self.read_progress, args=[self.process.stdout], daemon=True),

@@ -1,11 +1,13 @@
 """How figures look: the style of every chart, and the colours of the two sides.
 
-Importing it chooses matplotlib's backend: figures are written, never shown.
+Importing it chooses matplotlib's backend, so that figures are written and never shown, and its own
+settings.
 """
 
 import matplotlib
 
 matplotlib.use("Agg")
+matplotlib.rcdefaults()  # not what a matplotlibrc in the working folder says
 
 MPM, DEM, INK, PAPER = "#1f5fa8", "#c8561b", "#26292e", "#ffffff"
 LABEL = {"mpm": "MPM", "dem": "DEM"}

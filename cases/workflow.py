@@ -7,6 +7,7 @@ alone: none reaches a shell.
 """
 
 import fcntl
+import importlib.util
 import json
 import os
 import subprocess
@@ -17,7 +18,7 @@ from pathlib import Path
 
 from cases.errors import EngineError
 from cases.files import write_atomically
-from cases.programs import ROOT, short
+from cases.programs import ROOT, call, module, short, user_cache
 
 
 @dataclass(frozen=True)
@@ -53,25 +54,23 @@ def run(
             fcntl.flock(lock, fcntl.LOCK_EX)  # the kernel drops it with the process
         write_atomically(file, json.dumps(config | {"file": file.name}, indent=1))
         stack.callback(file.unlink)
-        words = ["snakemake", "--snakefile", snakefile, "--configfile", file]
+        words = ["--snakefile", snakefile, "--configfile", file]
         words += ["--directory", folder, *where.words(), "--nolock", "--keep-going"]
         words += ["--rerun-incomplete", "--rerun-triggers", "mtime"]
         words += ["--dry-run"] if dry else ["--quiet", "all"]
-        environment = os.environ | {"PYTHONPATH": f"{ROOT}:{os.environ.get('PYTHONPATH', '')}"}
-        try:
-            done = subprocess.run(
-                [str(word) for word in words],
-                cwd=ROOT,
-                env=environment,
-                check=False,
-                text=True,
-                stdout=None if dry else subprocess.DEVNULL,
-                stderr=None if dry else subprocess.PIPE,
-            )
-        except FileNotFoundError as missing:
+        if not importlib.util.find_spec("snakemake"):
             raise EngineError(
                 "snakemake: no such program (not installed) install the package snakemake"
-            ) from missing
+            )
+        done = call(
+            module("snakemake", *words),
+            cwd=ROOT,
+            # Snakemake keeps a cache of its own, which it wants to write even without a home.
+            env=os.environ | {"XDG_CACHE_HOME": str(user_cache(make=True))},
+            capture_output=False,
+            stdout=None if dry else subprocess.DEVNULL,
+            stderr=None if dry else subprocess.PIPE,
+        )
         if done.returncode:
             raise EngineError(failure(logs, began, done.stderr or ""))
 

@@ -1,0 +1,3 @@
+"""The comparison."""
+
+import cases  # noqa: F401  # begins anew where the surroundings are the caller's

@@ -12,6 +12,7 @@ import signal
 import sys
 from pathlib import Path
 
+from cases.command_line import Parser
 from cases.errors import CaseError, EngineError
 
 COMMANDS = Path(__file__).parent / "commands"
@@ -26,13 +27,13 @@ class Version(argparse.Action):
         parser.exit()
 
 
-def parser_for(words: list[str]) -> argparse.ArgumentParser:
+def parser_for(words: list[str]) -> Parser:
     """The parser of the whole program; imports the module of the command `words` start with only.
 
     Where help is asked on a machine that lacks a package the command imports, its options are left
     out, and the help says so.
     """
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="grainpair",
         description=(__doc__ or "").splitlines()[0],
         formatter_class=lambda prog: argparse.HelpFormatter(prog, indent_increment=1),

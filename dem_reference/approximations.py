@@ -5,7 +5,6 @@
 From the tables of their ensembles.
 """
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
+from cases import command_line
 from cases.files import write_figure
 from cases.style import STYLE
 
@@ -112,7 +112,7 @@ def draw(series: dict[str, pd.DataFrame]):
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
+    parser = command_line.Parser(
         prog="dem_reference.approximations", description=__doc__.split("\n")[0]
     )
     parser.add_argument("-o", "--output", type=Path, help="chart")

@@ -1,5 +1,6 @@
 """The collapse of a settled packing, audited while it runs."""
 
+import shutil
 import time
 from dataclasses import dataclass
 from math import sqrt
@@ -16,6 +17,7 @@ from .engine import Liggghts
 from .grains import Grains, time_step
 from .lifetimes import Lifetimes
 from .output import Result
+from .packing import RESTART
 
 
 @dataclass(frozen=True)
@@ -51,12 +53,12 @@ class Plan:
 def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -> str:
     """Commands from the settled packing to the instant of release.
 
-    The gate is gone by then, or about to be lifted. May write to the folder `work`.
+    The gate is gone by then, or about to be lifted. They are for an engine that works in the folder
+    `work`, where the files that they name are put.
     """
+    shutil.copyfile(packing / RESTART, work / RESTART)
     commands = [
-        scene.beginning(
-            case, grains, f"read_restart {packing / 'packing.restart'}", grains.young_modulus
-        ),
+        scene.beginning(case, grains, f"read_restart {RESTART}", grains.young_modulus),
         scene.material(case, grains, grains.young_modulus, grains.friction),
         scene.bodies(case, grains),
         f"timestep {plan.dt:.17g}",

@@ -6,13 +6,13 @@ Over speed and angle: many pairs, far apart, collide in one run without gravity;
 every step.
 """
 
-import argparse
 import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
+from cases import command_line
 from cases.case import load
 from cases.errors import CaseError, EngineError, Failure
 
@@ -156,9 +156,7 @@ def table(case: dict, young_modulus: float, fraction: float) -> np.ndarray:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
-        prog="dem_reference.collision", description=__doc__.split("\n")[0]
-    )
+    parser = command_line.Parser(prog="dem_reference.collision", description=__doc__.split("\n")[0])
     parser.add_argument("case", metavar="CASE")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     options = parser.parse_args()

@@ -2,13 +2,13 @@
 of them.
 """
 
-import subprocess
 from functools import cache
 from pathlib import Path
 
 from cases import content
 from cases.case import Case, parse
-from cases.programs import ROOT, kept, name_of
+from cases.errors import EngineError
+from cases.programs import ROOT, call, kept, name_of
 
 SCRIPTS = "dem_reference/scripts"
 RELEASE = ("walls.gate", "walls.gate_speed")  # of walls and dem, what a packing does not feel
@@ -54,12 +54,9 @@ def engine() -> str:
     packages = ("libliggghts3", "liggghts")
     form = "--showformat=${Package} ${Version}\\n"
     try:
-        told = subprocess.run(
-            ["dpkg-query", "--show", form, *packages], capture_output=True, text=True, check=False
-        ).stdout
-    except FileNotFoundError:
+        return call(["dpkg-query", "--show", form, *packages]).stdout.strip()
+    except EngineError:
         return "not told"
-    return told.strip()
 
 
 def sources(*entries: str, root: Path = ROOT) -> str:

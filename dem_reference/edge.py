@@ -3,15 +3,16 @@
     python3 -m dem_reference.edge DEM.h5... [-o TABLE.csv]
 """
 
-import argparse
 import sys
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pandas as pd
 
+from cases import command_line
 from cases.case import parse
+from cases.errors import CaseError
+from cases.results import opened
 
 from .ensemble import save
 from .summary import scalars
@@ -53,7 +54,7 @@ def edge(distance: np.ndarray, diameter: float, *, width: float | None = None) -
 
 def row(path: Path) -> dict[str, float]:
     """Aspect ratio, run-out by the edge of the deposit [L0], and what summary.py says."""
-    with h5py.File(path) as file:
+    with opened(path) as file:
         geometry = parse(file.attrs["case_resolved"]).values["geometry"]
         cloud = file[f"data/{file.attrs['steps']}/particles/cloud"]
         grains = cloud["kind"][()] == 1
@@ -74,11 +75,16 @@ def row(path: Path) -> dict[str, float]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="dem_reference.edge", description=__doc__.split("\n")[0])
+    parser = command_line.Parser(prog="dem_reference.edge", description=__doc__.split("\n")[0])
     parser.add_argument("runs", nargs="+", type=Path, metavar="DEM.h5")
     parser.add_argument("-o", "--output", type=Path, help="table (CSV) with a row per run")
     options = parser.parse_args()
-    table = pd.DataFrame([row(path) for path in options.runs]).sort_values(["aspect_ratio", "seed"])
+    try:
+        rows = [row(path) for path in options.runs]
+    except CaseError as error:
+        print(error, file=sys.stderr)
+        return 2
+    table = pd.DataFrame(rows).sort_values(["aspect_ratio", "seed"])
     if options.output:
         save(
             table,

@@ -5,6 +5,7 @@ input error.
 """
 
 import ctypes
+import os
 from pathlib import Path
 
 import numpy as np
@@ -32,13 +33,18 @@ def load_library() -> ctypes.CDLL:
 
 
 class Liggghts:
-    """One LIGGGHTS simulation in this process; `log` is the file of its own words."""
+    """One LIGGGHTS simulation in this process; `log` is the file of its own words.
+
+    The process works in the log's folder from here on: in its commands LIGGGHTS knows no way to
+    write every name that a folder may have, so files are named without their folder.
+    """
 
     def __init__(self, log: Path):
         self.library = load_library()
+        os.chdir(log.parent)
         # The screen may not be `none`: insert/pack writes to it without asking. The log carries
         # the errors.
-        words = [b"liggghts", b"-screen", b"/dev/null", b"-log", str(log).encode()]
+        words = [b"liggghts", b"-screen", b"/dev/null", b"-log", log.name.encode()]
         self._instance = ctypes.c_void_p()
         self.library.lammps_open_no_mpi(
             len(words), (ctypes.c_char_p * len(words))(*words), ctypes.byref(self._instance)

@@ -10,7 +10,6 @@ in runs/ensembles/<case>/<key>, where the key is of what decides the grains
 they are others. The table goes to cases/<case>/reference/<name>.csv unless told otherwise.
 """
 
-import argparse
 import json
 import sys
 from pathlib import Path
@@ -19,7 +18,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from cases import workflow
+from cases import command_line, workflow
 from cases.case import Case, load
 from cases.errors import CaseError, EngineError
 from cases.files import write_table
@@ -75,14 +74,18 @@ def make(
     return [folder / f"{seed}.h5" for seed in seeds]
 
 
-def parser() -> argparse.ArgumentParser:
-    out = argparse.ArgumentParser(prog="dem_reference.ensemble", description=__doc__.split("\n")[0])
+def parser() -> command_line.Parser:
+    out = command_line.Parser(prog="dem_reference.ensemble", description=__doc__.split("\n")[0])
     out.add_argument("case", metavar="CASE")
-    out.add_argument("--seeds", type=int, default=5, help="how many (default 5)")
-    out.add_argument("--first", type=int, default=1, help="the first seed (default 1)")
+    out.add_argument("--seeds", type=command_line.several, default=5, help="how many (default 5)")
+    out.add_argument(
+        "--first", type=command_line.seed, default=1, help="the first seed (default 1)"
+    )
     out.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
-    out.add_argument("--jobs", type=int, default=2, help="seeds at a time (default 2)")
-    out.add_argument("--ranks", type=int, default=1, help="MPI ranks of each")
+    out.add_argument(
+        "--jobs", type=command_line.threads, default=2, help="seeds at a time (default 2)"
+    )
+    out.add_argument("--ranks", type=command_line.threads, default=1, help="MPI ranks of each")
     out.add_argument(
         "--profile", type=Path, help="a Snakemake profile, such as dem_reference/slurm"
     )
@@ -99,8 +102,11 @@ def main() -> int:
     seeds = range(options.first, options.first + options.seeds)
     where = workflow.Where(options.jobs * options.ranks, options.profile)
     try:
-        if options.seeds < 1:
-            raise CaseError(f"--seeds {options.seeds}: at least one packing is needed")
+        if seeds[-1] > command_line.MOST_SEED:
+            raise CaseError(
+                f"--first {options.first}: no {options.seeds} seeds follow (the last is "
+                f"{command_line.MOST_SEED})"
+            )
         case = load(options.case, options.set)
         runs = make(case, options.set, seeds, where, ranks=options.ranks, dry=options.dry_run)
         if options.dry_run:

@@ -1,12 +1,12 @@
 """LAMMPS as a DEM engine: the restitution it realises, and running an input."""
 
-import subprocess
 from math import log, pi, sqrt
 from pathlib import Path
 
 from scipy.optimize import brentq
 
 from cases.errors import EngineError
+from cases.programs import call
 
 PROGRAM = "lmp"
 # Of LAMMPS' documentation: pair_style granular, damping tsuji.
@@ -28,18 +28,8 @@ def restitution_to_enter(restitution: float) -> float:
 def run(script: str, folder: Path) -> None:
     """Runs `script` in `folder` on one core; raises EngineError with LAMMPS's own message."""
     (folder / "in.lammps").write_text(script)
-    try:
-        done = subprocess.run(
-            [PROGRAM, "-in", "in.lammps", "-log", "log.lammps", "-screen", "none"],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            errors="replace",
-        )
-    except FileNotFoundError:
-        raise EngineError(
-            f"lammps: no program '{PROGRAM}' (not installed) install the package lammps"
-        ) from None
+    words = [PROGRAM, "-in", "in.lammps", "-log", "log.lammps", "-screen", "none"]
+    done = call(words, cwd=folder)
     log_file = folder / "log.lammps"
     said = log_file.read_text(errors="replace") if log_file.exists() else ""
     errors = [line for line in said.splitlines() if line.startswith("ERROR")]

@@ -40,6 +40,7 @@ from .initial_state import box_stress, fields
 from .process import Report, run_engine
 from .void_ratio import bulk_box, quarter_bulk_box, void_ratio
 
+RESTART = "packing.restart"
 POUR_SURPLUS = 1.04
 SETTLED, AT_REST = 1e-4, 1e-5  # mean kinetic energy of a grain [m g d]
 REFERENCE_DRAG = 4e-4  # [kg/s] of packing_damping = 1 for the reference grain
@@ -95,7 +96,7 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
         case["geometry"]["thickness"] if case["walls"]["front_back"] == "periodic" else None,
         scene.planes(case, attempt.grains) + scene.closed_gate(case),
     )
-    engine.command(f"write_restart {folder / 'packing.restart'}")
+    engine.command(f"write_restart {RESTART}")  # in the log's folder
     with h5py.File(folder / "packing.h5", "w") as file:
         describe(file, case, shot)
         file.attrs.update(
@@ -255,7 +256,7 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
         return target
     store.mkdir(parents=True, exist_ok=True)
     asked, dem = case["initial"]["void_ratio"], case["dem"]
-    work = Path(tempfile.mkdtemp(prefix=".packing-", dir=store))
+    work = Path(tempfile.mkdtemp(prefix=".packing-", dir=store)).resolve()
     try:
         tried, best, cpu = [], None, 0.0
         friction, damping = dem["packing_friction"], dem["packing_damping"]

@@ -30,10 +30,12 @@ def run_engine(
 ) -> Done:
     """Calls work(*arguments, report) in a child process that may use the engine.
 
-    `work` is a function of a module, and what it takes and returns can be pickled. Raises what the
+    `work` is a function of a module, and what it takes and returns can be pickled; paths reach it
+    complete, because the engine moves to the folder of its log. Raises what the
     child raised of CaseError and EngineError; EngineError with the engine's own last words, from
     `log` or its screen, when it took the child down.
     """
+    arguments = tuple(one.resolve() if isinstance(one, Path) else one for one in arguments)
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     screen = log.with_name("errors")

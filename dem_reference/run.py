@@ -4,7 +4,6 @@
         [--progress] [--driver library|script] [--ranks N]
 """
 
-import argparse
 import os
 import shutil
 import signal
@@ -15,6 +14,7 @@ from pathlib import Path
 
 import h5py
 
+from cases import command_line
 from cases.case import Case, load
 from cases.errors import CaseError, EngineError
 from cases.programs import kept
@@ -60,7 +60,7 @@ def run(
     refuse(tables)
     Plan.of(tables)
     settled = packing.obtain(tables, seed, store, progress.part(0.0, PACKING_SHARE))
-    work = Path(tempfile.mkdtemp(prefix=f".{output.name}-", dir=output.parent))
+    work = Path(tempfile.mkdtemp(prefix=f".{output.name}-", dir=output.parent)).resolve()
     try:
         with h5py.File(settled / "packing.h5") as made:
             version = made.attrs["engine_version"]
@@ -108,19 +108,21 @@ def refuse(case: dict) -> None:
 
 
 def main(words: list[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="dem_reference.run", description=__doc__.split("\n")[0])
+    parser = command_line.Parser(prog="dem_reference.run", description=__doc__.split("\n")[0])
     parser.add_argument("case", metavar="CASE", help="case file, or a folder that holds case.toml")
     parser.add_argument("-o", "--output", type=Path, required=True, help="result file (HDF5)")
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="override a key of the case"
     )
     parser.add_argument(
-        "--seed", type=int, default=1, help="of base, packing and all random numbers (default 1)"
+        "--seed",
+        type=command_line.seed,
+        default=1,
+        help="of base, packing and all random numbers (default 1)",
     )
     parser.add_argument(
         "--packings",
         type=Path,
-        default=kept("packings"),
         help="folder that keeps settled packings for reuse",
     )
     parser.add_argument(
@@ -131,7 +133,7 @@ def main(words: list[str] | None = None) -> int:
     )
     parser.add_argument(
         "--ranks",
-        type=int,
+        type=command_line.threads,
         default=1,
         help="MPI ranks of the collapse; more than one takes the script",
     )
@@ -152,7 +154,7 @@ def main(words: list[str] | None = None) -> int:
             load(options.case, options.set),
             options.output,
             options.seed,
-            options.packings,
+            options.packings or kept("packings"),
             Progress(options.progress),
             command,
             options.driver == "script",

@@ -276,7 +276,7 @@ def lifted_gate(case: dict, grains: Grains, stl: Path) -> str:
         lines.append(f"facet normal 1 0 0\nouter loop\n{vertices}\nendloop\nendfacet")
     stl.write_text("\n".join([*lines, "endsolid gate", ""]))
     return (
-        f"fix plate all mesh/surface file {stl} type {TYPES['smooth']}\n"
+        f"fix plate all mesh/surface file {stl.name} type {TYPES['smooth']}\n"
         "fix gate mobile wall/gran model hertz tangential history mesh n_meshes 1 meshes plate\n"
         f"fix rise all move/mesh mesh plate linear 0 {case['walls']['gate_speed']:.17g} 0"
     )

@@ -17,7 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.errors import CaseError, EngineError
+from cases.errors import CaseError
+from cases.programs import unstarted
 
 from . import scene
 from .audit import without_split
@@ -48,10 +49,9 @@ def script(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) ->
 
 def command(ranks: int) -> list[str]:
     """The engine, under MPI for more than one rank; EngineError when it is not installed."""
-    if not shutil.which(PROGRAM):
-        raise EngineError(
-            f"LIGGGHTS: no program '{PROGRAM}' (not installed) install the package liggghts"
-        )
+    for name in [PROGRAM] + ["mpirun"] * (ranks > 1):
+        if not shutil.which(name):
+            raise unstarted(name, FileNotFoundError())
     line = ["stdbuf", "-oL", PROGRAM]  # error lines are lost from a buffered stream
     if ranks > 1:
         mpirun = [

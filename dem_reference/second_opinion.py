@@ -10,17 +10,17 @@ damping with the same realised restitution), but for the tangential spring's res
 overlap: trajectories differ, statistics should not.
 """
 
-import argparse
 import sys
 import tempfile
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pandas as pd
 
+from cases import command_line
 from cases.case import parse
-from cases.errors import EngineError
+from cases.errors import CaseError, EngineError
+from cases.results import opened
 
 from . import lammps, scene
 from .collapse import Plan
@@ -44,7 +44,7 @@ SETTLING = 0.5  # time with the gate closed [sqrt(H/g)]
 
 def input_files(path: Path, folder: Path) -> tuple[str, dict]:
     """The LAMMPS input for a dem.h5; writes the grains to `folder`. Also the case."""
-    with h5py.File(path) as file:
+    with opened(path) as file:
         case = parse(file.attrs["case_resolved"]).values
         cloud = file["data/0/particles/cloud"]
         kind = cloud["kind"][()]
@@ -131,7 +131,7 @@ def thermo(log: Path) -> np.ndarray:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
+    parser = command_line.Parser(
         prog="dem_reference.second_opinion", description=__doc__.split("\n")[0]
     )
     parser.add_argument("runs", nargs="+", type=Path, metavar="DEM.h5")
@@ -148,9 +148,9 @@ def main() -> int:
                 | {name: ours[name] for name in COMPARED}
             )
             rows.append({"seed": ours["seed"], "engine": "lammps"} | collapse(run))
-    except EngineError as error:
+    except (CaseError, EngineError) as error:
         print(error, file=sys.stderr)
-        return 3
+        return 2 if isinstance(error, CaseError) else 3
     table = pd.DataFrame(rows)
     if options.output:
         save(

@@ -7,19 +7,19 @@ than a threshold in binary contact times count as collisions, for the case's thr
 twice and four times it.
 """
 
-import argparse
 import sys
 from pathlib import Path
 
-import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
+from cases import command_line
 from cases.case import parse
 from cases.style import STYLE
 from cases.errors import CaseError
 from cases.files import write_figure
+from cases.results import opened
 
 from .ensemble import save
 
@@ -33,7 +33,7 @@ def shares(path: Path) -> pd.DataFrame:
     Thresholds that the sampling interval does not resolve are left out: every contact seen once is
     older.
     """
-    with h5py.File(path) as file:
+    with opened(path) as file:
         if "lifetime" not in file:
             raise CaseError(
                 f"{path}: no split of the dissipation (dem.audit_interval = 0, or a plain script)"
@@ -120,9 +120,7 @@ def draw(found: pd.DataFrame):
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
-        prog="dem_reference.splits", description=__doc__.split("\n")[0]
-    )
+    parser = command_line.Parser(prog="dem_reference.splits", description=__doc__.split("\n")[0])
     parser.add_argument("runs", nargs="+", type=Path, metavar="DEM.h5")
     parser.add_argument("-o", "--output", type=Path, help="table (CSV)")
     parser.add_argument("--chart", type=Path, help="chart (PNG, SVG)")

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from cases.case import parse
+from cases.results import opened
 
 # name -> unit; energies are relative to the potential energy released, times to sqrt(H/g), lengths
 # to L0 or H
@@ -43,7 +43,7 @@ def scalars(path: Path) -> dict[str, float]:
     E0 is the initial potential energy; run-outs are mass percentiles, 99.5 and 99. Of an
     axisymmetric column x is the distance from the axis.
     """
-    with h5py.File(path) as file:
+    with opened(path) as file:
         case = parse(file.attrs["case_resolved"])
         length, height, scale = (
             case["geometry.length"],

@@ -3,13 +3,14 @@
 import h5py
 import numpy as np
 
-from compare.commands.claims import ROOT, metrics
+from cases.programs import own
+from compare.commands.claims import metrics
 
 
 def ledger_drift() -> float:
     """Largest change of the sum of all energy accounts over a run, over the energy released. [-]"""
     metrics("column_ci")
-    with h5py.File(ROOT / "runs" / "claims" / "column_ci" / "mpm.h5") as file:
+    with h5py.File(own("runs", "claims", "column_ci") / "mpm.h5") as file:
         energy = {name: column[()] for name, column in file["energy"].items()}
     total = sum(
         energy[name]

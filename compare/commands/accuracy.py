@@ -6,7 +6,6 @@ against Dormand-Prince with the smallest step; the cost is the time spent in the
 """
 
 import json
-import subprocess
 import tempfile
 from pathlib import Path
 
@@ -16,7 +15,7 @@ import numpy as np
 
 from cases.errors import EngineError
 from cases.files import write_figure
-from cases.programs import ROOT, program
+from cases.programs import ROOT, call, program
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -90,9 +89,7 @@ def drive(case: Path, integrator: str, steps: int) -> tuple[dict, float]:
         path.write_text("\n".join(text) + "\n")
         costs = []
         for _ in range(3):
-            done = subprocess.run(
-                [program("mpm_point"), path, "-o", out], capture_output=True, text=True
-            )
+            done = call([program("mpm_point"), path, "-o", out])
             if done.returncode:
                 raise EngineError(f"mpm_point: {done.stderr.strip()}")
             with h5py.File(out) as file:

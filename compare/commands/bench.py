@@ -7,10 +7,9 @@ multiply-adds. Compare ratios, not seconds. Of two threads also how many times f
 one, on the clock. With --quick each figure is the best of three.
 """
 import json
-import subprocess
 
 from cases.errors import EngineError
-from cases.programs import program
+from cases.programs import call, program
 
 TARGETS = ["benchmarks"]
 
@@ -86,7 +85,7 @@ def add_speed_up(rows: list[dict]) -> None:
 def timed(name: str, settings: list[str]) -> list[dict]:
     """Entries of a Google Benchmark program, the best of its repetitions."""
     command = [str(program(name)), "--benchmark_format=json", *settings]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = call(command)
     if done.returncode:
         raise EngineError(
             f"{name}: "

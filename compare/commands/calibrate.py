@@ -7,6 +7,7 @@ next to the seed's Table 1.
 
 from pathlib import Path
 
+from cases import command_line
 from cases.files import write_atomically
 from cases.programs import ROOT
 from cases.provenance import commit
@@ -57,7 +58,7 @@ def arguments(parser):
     )
     parser.add_argument(
         "--bootstrap",
-        type=int,
+        type=command_line.whole(0, 10_000),
         default=30,
         metavar="N",
         help="fits to resampled seeds (default: 30)",

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-from cases.programs import ROOT, program
+from cases.programs import ROOT, call, module, program
 
 TARGETS = ("grainpair_version",)  # clang-tidy reads how to compile from the build's folder
 FOLDERS = ("cases", "mpm", "dem_reference", "compare", "tests")
@@ -52,7 +52,7 @@ def run(options) -> int:
         return 2
     if options.fix:
         words(["clang-format", "-i", *cpp()])
-        words([sys.executable, "-m", "black", "-q", "."])
+        words(module("black", "-q", "."))
     failed = []
     for name in options.tools or CHECKS:
         start = time.monotonic()
@@ -67,7 +67,7 @@ def run(options) -> int:
 
 def words(command: list[str]) -> str:
     """What a command that fails says; empty where it ends well."""
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = call(command, cwd=ROOT)
     if done.returncode == 0:
         return ""
     return (done.stdout + done.stderr).strip() or f"{command[0]}: ended with {done.returncode}"
@@ -86,7 +86,7 @@ def clang_format() -> str:
 
 
 def python(*command: str) -> Callable[[], str]:
-    return lambda: words([sys.executable, "-m", *command])
+    return lambda: words(module(*command))
 
 
 def shellcheck() -> str:
@@ -145,7 +145,7 @@ def tidy(name: str, flags: list[str]) -> str:
     if stamp.exists() and stamp.read_text() == content:
         return ""
     command = ["clang-tidy", "--quiet", name, "--", *flags]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = call(command, cwd=ROOT)
     if done.returncode:
         return done.stdout.strip() or done.stderr.strip()
     stamp.parent.mkdir(exist_ok=True)

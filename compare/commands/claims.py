@@ -2,14 +2,12 @@
 
 import importlib
 import json
-import subprocess
-import sys
 import tomllib
 from functools import cache
 from typing import Any
 
 from cases.errors import CaseError, EngineError
-from cases.programs import ROOT
+from cases.programs import ROOT, call, module, own
 
 CLAIMS = ROOT / "cases" / "claims"
 RELATIONS = {
@@ -111,9 +109,8 @@ def metrics(name: str) -> dict:
     """metrics.json of a fresh run of a case."""
     from compare.verdict.conclusion import INVALID  # needs packages; `targets` is asked before
 
-    out = ROOT / "runs" / "claims" / name
-    command = [sys.executable, "-m", "compare", "run", name, "--out", str(out), "--quiet"]
-    done = subprocess.run(command, stdout=subprocess.DEVNULL, check=False)
+    out = own("runs", "claims", name)
+    done = call(module("compare", "run", name, "--out", out, "--quiet"))
     if done.returncode not in (0, INVALID):  # claims state losses, too, that make a result invalid
-        raise EngineError(f"claims: the run of {name} failed with code {done.returncode}")
+        raise EngineError(done.stderr.strip())
     return json.loads((out / "metrics.json").read_text())

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from cases import case
+from cases import case, command_line
 from compare.report import collapse
 from compare.commands.run import find_case
 from cases.stages import Stage, run_stages
@@ -42,7 +42,9 @@ def arguments(parser):
         dest="overrides",
         help="overrides a key of the case; may be repeated",
     )
-    parser.add_argument("--threads", type=int, default=1, help="of the continuum (%(default)s)")
+    parser.add_argument(
+        "--threads", type=command_line.threads, default=1, help="of the continuum (%(default)s)"
+    )
     parser.add_argument(
         "--table", type=Path, metavar="FILE", help="also keep the statements as CSV"
     )

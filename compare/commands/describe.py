@@ -5,11 +5,10 @@ complete values are shown. Scenes, element tests, paths of a material point and 
 their own: --kind.
 """
 
-import subprocess
-
 from cases import case
+from cases.errors import CaseError
 from compare.commands.run import find_case
-from cases.programs import program
+from cases.programs import call, program
 
 TARGETS = ["mpm_case"]
 
@@ -28,14 +27,14 @@ def arguments(parser):
 
 def run(options) -> int:
     kind = ["--kind", options.kind] if options.kind else []
-    keys = subprocess.run(
-        [program("mpm_case"), "--describe", options.word, *kind],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    keys = call([program("mpm_case"), "--describe", options.word, *kind])
     if keys.stdout:
         print(keys.stdout, end="")
-    else:
-        print(case.load(find_case(options.word), kind=options.kind).resolved, end="")
+        return 0
+    try:
+        path = find_case(options.word)
+    except CaseError as error:
+        words = str(error).removeprefix(f"{options.word}: ")
+        raise CaseError(f"{options.word}: no key starts so, and there is {words}") from error
+    print(case.load(path, kind=options.kind).resolved, end="")
     return 0

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cases import case, provenance
+from cases import case, command_line, provenance
 from compare.commands.run import find_case
 from cases.stages import Stage, run_stages
 from cases.files import write_table
@@ -40,7 +40,7 @@ def arguments(parser):
     )
     parser.add_argument(
         "--scatter",
-        type=int,
+        type=command_line.whole(0, 10_000),
         default=0,
         metavar="N",
         help="further runs in plane strain, perturbed (%(default)s)",

@@ -8,10 +8,11 @@ the errors are tabulated with a verdict.
 import json
 from pathlib import Path
 
-from cases import workflow
+from cases import command_line, workflow
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically, write_table
-from cases.programs import ROOT
+from cases.programs import ROOT, own
+from compare.commands.run import find_case
 from compare.element import campaign, records
 from compare.element.blocks import every
 from compare.element.case import Case
@@ -25,7 +26,7 @@ CARDS = ("seed_table1", "dem_mu05")
 
 
 def arguments(parser):
-    parser.add_argument("case", type=Path, metavar="CASE", help="such as cases/shear")
+    parser.add_argument("case", metavar="CASE", help="such as cases/shear, or shear")
     parser.add_argument(
         "--quick", action="store_true", help="measure one small point in place of the reference's"
     )
@@ -36,7 +37,11 @@ def arguments(parser):
         help=f"material card, may be repeated (default: {', '.join(CARDS)})",
     )
     parser.add_argument(
-        "--cores", type=int, default=1, metavar="N", help="points measured at a time (default: 1)"
+        "--cores",
+        type=command_line.threads,
+        default=1,
+        metavar="N",
+        help="points measured at a time (default: 1)",
     )
     parser.add_argument(
         "--closed-form", action="store_true", help="the law by its closed forms, not by mpm_point"
@@ -50,7 +55,7 @@ def arguments(parser):
 
 
 def run(options) -> int:
-    case = Case(options.case)
+    case = Case(find_case(options.case))
     test = test_of(case)
     if not isinstance(test, ComparedTest):
         raise CaseError(
@@ -75,7 +80,7 @@ def run(options) -> int:
         raise EngineError(f"{case.path}: no point could be measured ({'; '.join(failed)})")
 
     folder = case.test + ("_quick" if options.quick else "")
-    out = options.out or ROOT / "runs" / "element" / folder
+    out = options.out or own("runs", "element", folder)
     errors = table(test.blocks(measured, every), models)
     sentences = verdicts(errors) + [f"not measured: {reason}" for reason in failed]
     if not options.quick:
@@ -97,6 +102,6 @@ def reference(case: Case, cores: int) -> Rows:
                 f"{case.path}: {len(missing)} points are not measured (only cases/{case.test} has "
                 "a campaign) use --quick for one point"
             )
-        snakefile, folder = ROOT / "compare/element/Snakefile", ROOT / "build" / "element"
-        workflow.run(snakefile, folder, {"tests": case.test}, workflow.Where(cores), alone=True)
+        snakefile, where = ROOT / "compare/element/Snakefile", workflow.Where(cores)
+        workflow.run(snakefile, own("build", "element"), {"tests": case.test}, where, alone=True)
     return records.read(records.reference_file(case))

@@ -4,17 +4,17 @@ The results stand in one folder (--out, by default runs/<case>): mpm.h5, dem.h5,
 metrics.json, report.html, figures/.
 """
 
+import difflib
 import json
 import os
 import shutil
-import sys
 import tempfile
 from pathlib import Path
 
-from cases import case
+from cases import case, command_line
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
-from cases.programs import ROOT, name_of, program
+from cases.programs import ROOT, module, name_of, program
 from compare.verdict import conclusion
 from dem_reference.content import ensemble_folder
 
@@ -49,26 +49,39 @@ def arguments(parser):
         help="overrides a key of the case; may be repeated",
     )
     parser.add_argument(
-        "--seed", type=int, default=1, help="of the packing and of jittered points (%(default)s)"
+        "--seed",
+        type=command_line.seed,
+        default=1,
+        help="of the packing and of jittered points (%(default)s)",
     )
     parser.add_argument(
         "--seeds",
-        type=int,
+        type=command_line.several,
         default=1,
         metavar="N",
         help="an ensemble of N packings, through Snakemake; the verdicts then weigh its scatter "
         "(%(default)s)",
     )
-    parser.add_argument("--threads", type=int, default=1, help="of the continuum (%(default)s)")
+    parser.add_argument(
+        "--threads", type=command_line.threads, default=1, help="of the continuum (%(default)s)"
+    )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
     conclusion.require_argument(parser)
 
 
 def find_case(name: str) -> Path:
-    """`name` as a path if there is one, else the folder of that name in cases/."""
-    path, named = Path(name), ROOT / "cases" / name
-    if path.exists() or not named.is_dir():
-        return path
+    """`name` as a path if there is one, else the folder of that name in cases/.
+
+    Raises CaseError for a word that is neither.
+    """
+    named = ROOT / "cases" / name
+    if os.path.lexists(name) or "/" in name or name.endswith(".toml"):
+        return Path(name)
+    known = sorted(file.parent.name for file in (ROOT / "cases").glob("*/case.toml"))
+    if name not in known:
+        near = difflib.get_close_matches(name, known, 1)
+        hint = f" Did you mean '{near[0]}'?" if near else ""
+        raise CaseError(f"{name}: no such case (known: {', '.join(known)}).{hint}")
     return Path(os.path.relpath(named)) if named.is_relative_to(Path.cwd()) else named
 
 
@@ -82,12 +95,12 @@ def grains(scene: case.Case, options, common: list, scratch: Path) -> tuple[Stag
     if options.seeds == 1:
         result = scratch / "dem.h5"
         words = ["dem_reference.run", *common, "--seed", options.seed, "--progress", "-o", result]
-        return Stage("grains (DEM)", [sys.executable, "-m", *words]), [result]
+        return Stage("grains (DEM)", module(*words)), [result]
     words = ["dem_reference.ensemble", *common, "--first", options.seed, "--seeds", options.seeds]
     folder = ensemble_folder(scene)
     words += ["--jobs", cores(), "--table", folder / "ensemble.csv"]
     seeds = range(options.seed, options.seed + options.seeds)
-    stage = Stage(f"grains (DEM), {options.seeds} seeds", [sys.executable, "-m", *words])
+    stage = Stage(f"grains (DEM), {options.seeds} seeds", module(*words))
     return stage, [folder / f"{seed}.h5" for seed in seeds]
 
 
@@ -96,8 +109,6 @@ def cores() -> int:
 
 
 def run(options) -> int:
-    if options.seeds < 1:
-        raise CaseError(f"--seeds {options.seeds}: at least one packing is needed")
     names = conclusion.required(options.require)
     scene = case.load(find_case(options.case), options.overrides)
     if scene["geometry.dimension"] == "axisymmetric":
@@ -146,7 +157,7 @@ def run(options) -> int:
         for result in scratch.iterdir():
             os.replace(result, out / result.name)
     run_stages(
-        [Stage("comparison", [sys.executable, "-m", "compare.report", out, "--progress"])],
+        [Stage("comparison", module("compare.report", out, "--progress"))],
         quiet=options.quiet,
     )
     metrics = json.loads((out / "metrics.json").read_text())

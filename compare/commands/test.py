@@ -7,13 +7,12 @@ run: the battery that every law passes and the tests that name it.
 import os
 import re
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 from xml.etree import ElementTree
 
-from cases.programs import ROOT, program
+from cases.programs import ROOT, module, program
 
 CPP = ROOT / "tests" / "cpp"
 BATTERY = "material_test"  # runs over every law that is registered
@@ -118,7 +117,7 @@ def law_tests(law: str, reports: Path) -> int:
 
 
 def pytest(options, reports: Path) -> int:
-    command = [sys.executable, "-m", "pytest", "-q", str(ROOT / "tests" / "py")]
+    command = module("pytest", "-q", ROOT / "tests" / "py")
     command += [f"--junitxml={reports / 'python.xml'}"]
     if options.only:
         command += ["-k", options.only]

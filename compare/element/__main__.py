@@ -9,13 +9,14 @@ import argparse
 import sys
 from pathlib import Path
 
+from cases.command_line import Parser
 from cases.errors import CaseError, EngineError
 from compare.element import campaign
 from compare.element.case import Case
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="compare.element",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,

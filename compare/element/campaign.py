@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cases.errors import EngineError
 from cases.files import write_atomically
-from cases.programs import ROOT
+from cases.programs import own
 from cases.provenance import commit
 from compare.element import records
 from compare.element.case import Case
@@ -38,7 +38,7 @@ def name_of(case: Case, point: dict) -> str:
 
 def record_file(case: Case, point: dict) -> Path:
     """Where a point's record waits to be gathered."""
-    return ROOT / "build" / "element" / case.test / f"{name_of(case, point)}.json"
+    return own("build", "element", case.test) / f"{name_of(case, point)}.json"
 
 
 def missing(case: Case) -> list[dict]:

@@ -6,7 +6,6 @@ agree.
 
 import csv
 import json
-import subprocess
 import tempfile
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -14,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.errors import EngineError
-from cases.programs import ROOT, program
+from cases.programs import ROOT, call, program
 from compare.element.model import Card, Model
 from dem_reference.grains import Grains
 
@@ -71,15 +70,7 @@ class PointModel:
         with tempfile.TemporaryDirectory(prefix="grainpair_") as folder:
             path, out = Path(folder) / "path.toml", Path(folder) / "point.csv"
             path.write_text("\n".join(text) + "\n")
-            try:
-                done = subprocess.run(
-                    [program("mpm_point"), path, "-o", out], capture_output=True, text=True
-                )
-            except FileNotFoundError:
-                raise EngineError(
-                    f"{program('mpm_point')}: no such program (not built) "
-                    "Build it with: ./grainpair doctor"
-                ) from None
+            done = call([program("mpm_point"), path, "-o", out])
             if done.returncode:
                 raise EngineError(f"mpm_point: {done.stderr.strip()}")
             rows = list(

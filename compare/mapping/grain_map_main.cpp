@@ -199,7 +199,7 @@ int main(int argc, char** argv) {
       .one_of({"mirror", "open"})
       .option("--frame", o.frames, "frames to map, counted from 0 (default: all)")
       .option("--threads", o.threads, "threads (default: all cores)")
-      .positive()
+      .threads()
       .flag("--quiet", o.quiet, "no progress");
   if (const auto done = line.parse(argc, argv)) return *done;
   if (o.dimension == 1 && (o.range.size() != 2 || !(o.range[0] < o.range[1]))) {

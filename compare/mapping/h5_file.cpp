@@ -23,18 +23,14 @@ void check(herr_t status, const std::string& what) {
 
 }  // namespace
 
-H5File::H5File(std::string path, hid_t id)
-    : path_(std::move(path)),
-      file_(own(id, H5Fclose, path_ + ": cannot open as HDF5 (missing, unreadable or not HDF5)")) {}
+H5File::H5File(std::string path, Handle file) : path_(std::move(path)), file_(std::move(file)) {}
 
-H5File H5File::open(const std::string& path) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  return {path, H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)};
-}
+H5File H5File::open(const std::string& path) { return {path, hdf5::open_file(path)}; }
 
 H5File H5File::create(const std::string& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  return {path, H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)};
+  return {path, own(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose,
+                    path + ": cannot be written")};
 }
 
 Handle H5File::object(const std::string& name) const {

@@ -38,7 +38,7 @@ class H5File {
   void set(const std::string& object, const std::string& attribute, double number);
 
  private:
-  H5File(std::string path, hid_t id);
+  H5File(std::string path, hdf5::Handle file);
   hdf5::Handle object(const std::string& name) const;
   std::string where(const std::string& name) const { return path_ + ":" + name; }
 

@@ -6,11 +6,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import overload
 
-import h5py
 import numpy as np
 
 from cases.case import Case, parse
 from cases.errors import CaseError
+from cases.results import opened
 
 GLUED = 3  # record `kind` of a grain that belongs to the wall
 POINT_STATE = (
@@ -65,7 +65,7 @@ class StoredClouds(Sequence[Cloud]):
         return self.kept[1]
 
     def read(self, step: int) -> Cloud:
-        with h5py.File(self.path) as f:
+        with opened(self.path) as f:
             cloud = f[f"data/{step}/particles/cloud"]
             moving = cloud["kind"][:] != GLUED if "kind" in cloud else slice(None)
             vector = {
@@ -196,11 +196,13 @@ def open_run(path: str | Path) -> Run:
     """The run of a result file; raises CaseError when it is not one."""
     path = Path(path)
     try:
-        with h5py.File(path) as f:
+        with opened(path) as f:
             attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in f.attrs.items()}
             steps = sorted(int(name) for name in f["data"])
             time = np.array([f[f"data/{step}"].attrs["time"] for step in steps])
             energy = {name: data[:] for name, data in f["energy"].items()}
+    except CaseError:
+        raise
     except (OSError, KeyError, ValueError) as error:
         raise CaseError(f"{path}: not a run of grainpair ({error})") from error
     if not steps:
@@ -218,7 +220,7 @@ def open_run(path: str | Path) -> Run:
 
 def open_fields(path: str | Path, name: str) -> Fields:
     """Fields of the run `name` in a file of grain_map."""
-    f = h5py.File(path)
+    f = opened(path)
     grid = Grid(f["grid/x"][:], f["grid/y"][:], float(f["grid"].attrs["cell_volume"]))
     attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in f.attrs.items()}
     return Fields(grid, f[name]["time"][:], f[name], attributes)

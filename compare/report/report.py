@@ -4,7 +4,6 @@ RUNDIR holds mpm.h5 and dem.h5 (and, for an ensemble, more files mpm*.h5 and dem
 there: fields.h5, metrics.json, figures/*.svg and *.png, report.html.
 """
 
-import argparse
 import base64
 import io
 import json
@@ -20,6 +19,7 @@ import matplotlib.pyplot as plt
 from compare.verdict import comparison, conclusion, controls
 from cases.style import STYLE
 from compare.report.charts import all_charts
+from cases.command_line import Parser
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically
 from compare.report.width_study import study
@@ -174,7 +174,7 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
 
 
 def main(words: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog="compare.report", description=__doc__.splitlines()[0])
+    parser = Parser(prog="compare.report", description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="folder that holds mpm.h5 and dem.h5")
     parser.add_argument("--progress", action="store_true", help="print progress lines")
     options = parser.parse_args(words)

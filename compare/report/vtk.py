@@ -10,6 +10,7 @@ import meshio
 import numpy as np
 
 from cases.errors import CaseError
+from cases.results import opened
 
 OMITTED = {"position", "positionOffset"}  # the first are the points, the second is zero
 
@@ -28,7 +29,7 @@ def export(run: Path, folder: Path) -> Path:
         listing = ElementTree.Element("VTKFile", type="Collection", version="0.1")
         collection = ElementTree.SubElement(listing, "Collection")
         try:
-            with h5py.File(run) as file:
+            with opened(run) as file:
                 for step in sorted(file["data"], key=int):
                     frame = file["data"][step]
                     mesh(frame["particles/cloud"]).write(frames / f"{step}.vtu")

@@ -1,10 +1,10 @@
 """What every program that a sweep starts is called like: CONFIG KEY -o RESULT.json."""
 
-import argparse
 import json
 import os
 from pathlib import Path
 
+from cases import command_line
 from cases.files import write_atomically
 from cases.programs import ROOT
 
@@ -13,7 +13,7 @@ def run(program: str, doc: str, make) -> int:
     """make(case, task) -> what RESULT.json holds; CONFIG names the case and, under KEY, the task
     (compare/study/sweep.py).
     """
-    parser = argparse.ArgumentParser(prog=program, description=doc.splitlines()[0])
+    parser = command_line.Parser(prog=program, description=doc.splitlines()[0])
     parser.add_argument("config", type=Path)
     parser.add_argument("key")
     parser.add_argument("-o", "--out", type=Path, required=True)

@@ -8,7 +8,6 @@ the recipe at all.
 
 import os
 import resource
-import subprocess
 import sys
 import tempfile
 from dataclasses import replace
@@ -16,6 +15,7 @@ from pathlib import Path
 
 from cases.case import load
 from cases.errors import Failure, code_of
+from cases.programs import call
 from compare.mapping.runs import open_run
 from compare.study import job
 from compare.study.failure import classify
@@ -48,14 +48,8 @@ def run(scene: Path, recipe: Recipe) -> dict:
     before = children()
     with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
         result = Path(folder) / "run.h5"
-        done = subprocess.run(
-            recipe.words(scene, result),
-            capture_output=True,
-            text=True,
-            preexec_fn=limited,
-            check=False,
-            env=os.environ | {"OMP_NUM_THREADS": "1"},
-        )
+        words = recipe.words(scene, result)
+        done = call(words, preexec_fn=limited, env=os.environ | {"OMP_NUM_THREADS": "1"})
         if done.returncode == 0:
             return {"status": "ok"} | compact(open_run(result))
     spent = children() - before

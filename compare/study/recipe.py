@@ -10,7 +10,7 @@ from typing import Any
 
 from cases import case
 from cases.errors import CaseError
-from cases.programs import program
+from cases.programs import PYTHON, module, program
 
 
 @dataclass(frozen=True)
@@ -39,19 +39,20 @@ class Recipe:
 
     def words(self, scene: Path, result: str | Path) -> list[str]:
         """The command line that runs it."""
-        engine = (
-            [str(program("mpm_run"))]
-            if self.engine == "mpm"
-            else ["/usr/bin/python3", "-m", "dem_reference.run"]
-        )
-        sets = [word for assignment in self.sets for word in ("--set", assignment)]
-        return [*engine, str(scene), *sets, "--seed", str(self.seed), "--quiet", "-o", str(result)]
+        mpm = self.engine == "mpm"
+        engine = [str(program("mpm_run"))] if mpm else module("dem_reference.run")
+        return [*engine, *self.asked(scene, result)]
 
     def command(self, scene: Path) -> str:
         """The same as a user types it in the project's folder."""
-        words = self.words(scene, f"{self.engine}.h5")
-        words[0] = "build/release/mpm_run" if self.engine == "mpm" else words[0]
-        return " ".join(words)
+        python = f"{PYTHON} -m dem_reference.run"
+        engine = "build/release/mpm_run" if self.engine == "mpm" else python
+        return " ".join([engine, *self.asked(scene, f"{self.engine}.h5")])
+
+    def asked(self, scene: Path, result: str | Path) -> list[str]:
+        """What either engine is told."""
+        sets = [word for assignment in self.sets for word in ("--set", assignment)]
+        return [str(scene), *sets, "--seed", str(self.seed), "--quiet", "-o", str(result)]
 
     def as_json(self) -> dict:
         return asdict(self)

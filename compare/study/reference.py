@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cases import case, provenance, workflow
+from cases import case, command_line, provenance, workflow
 from cases.errors import CaseError
 from cases.files import write_atomically
 from compare.mapping.runs import open_run
@@ -31,7 +31,7 @@ def arguments(parser):
     )
     parser.add_argument(
         "--seeds",
-        type=int,
+        type=command_line.several,
         metavar="N",
         help="make an ensemble of N seeds, or what is missing of it (dem_reference.ensemble). "
         "Without these three: that ensemble if it is there, else "

@@ -5,7 +5,7 @@ a cluster.
 import json
 from pathlib import Path
 
-from cases import case, workflow
+from cases import case, command_line, workflow
 from cases.programs import kept, short
 from compare.study import keys
 from compare.study.recipe import Recipe
@@ -18,7 +18,7 @@ HELP = {
 
 def arguments(parser):
     """Options that every study has."""
-    parser.add_argument("--jobs", type=int, default=2, help=HELP["jobs"])
+    parser.add_argument("--jobs", type=command_line.threads, default=2, help=HELP["jobs"])
     parser.add_argument("--profile", type=Path, metavar="DIR", help=HELP["profile"])
     parser.add_argument(
         "--out",

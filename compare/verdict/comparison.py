@@ -2,7 +2,6 @@
 
 import math
 import os
-import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 from compare.verdict import equivalence as verdict
 from cases.errors import CaseError, EngineError
 from compare.metrics import Metric, all_metrics
-from cases.programs import program
+from cases.programs import call, program
 from compare.mapping.runs import Run, open_fields, open_run
 from compare.verdict.packings import Packings, of_run
 
@@ -54,16 +53,7 @@ def map_fields(runs: list[Path], output: Path, *options):
     environment = os.environ | {
         "GOMP_SPINCOUNT": "0"
     }  # waiting threads leave the cores to the engines
-    try:
-        done = subprocess.run(
-            [str(word) for word in command],
-            capture_output=True,
-            text=True,
-            check=False,
-            env=environment,
-        )
-    except FileNotFoundError as missing:
-        raise EngineError(f"{command[0]}: no such program (not built)") from missing
+    done = call(command, env=environment)
     if done.returncode:
         raise EngineError(done.stderr.strip() or f"grain_map: failed with code {done.returncode}")
 

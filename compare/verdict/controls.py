@@ -10,7 +10,6 @@ other_aspect_ratio  grains of a column half as high, in controls/other_aspect_ra
 The last two are runs of their own; `make` runs what is missing.
 """
 
-import sys
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,7 +20,7 @@ from compare.verdict import equivalence as verdict
 from compare.verdict.comparison import Comparison, evaluate_one, pair
 from cases.stages import Stage, run_stages
 from compare.metrics import all_metrics
-from cases.programs import program
+from cases.programs import module, program
 from compare.mapping.runs import Fields, Run, open_fields, open_run
 
 WORDS = {
@@ -109,21 +108,16 @@ def make(folder: Path, mpm: Run, dem: Run, quiet: bool = False):
             "material.static_friction=2.0",
             "material.dynamic_friction=3.0",
         ]
-        commands = {
+        commands: dict[str, list] = {
             "over_frictional": [
                 program("mpm_run"),
                 scenes["mpm"],
                 *(w for key in friction for w in ("--set", key)),
             ],
             "other_aspect_ratio": [
-                sys.executable,
-                "-m",
-                "dem_reference.run",
-                scenes["dem"],
-                "--set",
-                f"geometry.height={0.5 * dem.height}",
-                "--seed",
-                str(dem.attributes["seed"]),
+                *module("dem_reference.run", scenes["dem"]),
+                *("--set", f"geometry.height={0.5 * dem.height}"),
+                *("--seed", str(dem.attributes["seed"])),
             ],
         }
         for name, command in commands.items():

@@ -123,8 +123,9 @@ int main(int argc, char** argv) {
       .repeated("--set", overrides, "key=value, in place of what the case says")
       .option("--packing", packing, "result of a grain run, where initial.state = packing")
       .option("--seed", seed, "seed of mpm.jitter")
+      .seed()
       .option("--threads", threads, "threads")
-      .positive()
+      .threads()
       .flag("--progress", show_progress, "progress lines on standard output")
       .flag("--quiet", quiet, "no summary at the end");
   if (const auto done = line.parse(argc, argv)) return *done;

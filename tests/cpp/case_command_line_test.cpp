@@ -10,7 +10,8 @@ struct Values {
   std::string file, word = "as it was";
   std::vector<std::string> sets;
   std::vector<double> range;
-  int threads = 1;
+  int threads = 1, cores = 1;
+  unsigned seed = 1;
   bool quiet = false;
 };
 
@@ -25,6 +26,10 @@ std::optional<int> parse(Values& v, std::vector<std::string> words) {
       .count(2)
       .option("--threads", v.threads, "how many")
       .positive()
+      .option("--cores", v.cores, "how many at once")
+      .threads()
+      .option("--seed", v.seed, "of random numbers")
+      .seed()
       .flag("--quiet", v.quiet, "says nothing");
   words.insert(words.begin(), "program");
   std::vector<char*> argv;
@@ -57,6 +62,27 @@ TEST(CommandLine, AMistakeEndsTheProgramWithTwo) {
                                              {"here", "there"},
                                              {"here", "--sett", "a=1"}})
     EXPECT_EQ(parse(v, words), 2) << (words.empty() ? "nothing" : words.back());
+}
+
+TEST(CommandLine, CountsHaveBoundsAndAMistakeIsOneLine) {
+  Values v;
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"here", "--cores", "0"},
+                                             {"here", "--cores", "-1"},
+                                             {"here", "--cores", "1025"},
+                                             {"here", "--seed", "-1"},
+                                             {"here", "--seed", "4294967296"},
+                                             {"here", "--seed", "99999999999999999999"}}) {
+    ::testing::internal::CaptureStderr();
+    EXPECT_EQ(parse(v, words), 2);
+    const std::string line = ::testing::internal::GetCapturedStderr();
+    EXPECT_NE(line.find(words[1] + ": " + words[2] + " is no whole number from "),
+              std::string::npos);
+    EXPECT_EQ(std::ranges::count(line, '\n'), 1);
+  }
+  EXPECT_EQ(parse(v, {"here", "--cores", "1024", "--seed", "4294967295"}), std::nullopt);
+  EXPECT_EQ(v.cores, 1024);
+  EXPECT_EQ(v.seed, 4294967295u);
 }
 
 TEST(CommandLine, HelpEndsTheProgramWell) {

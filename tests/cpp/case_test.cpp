@@ -105,6 +105,37 @@ TEST_F(CaseFiles, CardIsFoundByNameAboveTheCaseOrByPath) {
   EXPECT_EQ(Case::load(named).number("material.dilatancy"), 0.7);
 }
 
+TEST_F(CaseFiles, CardOfAnOverrideIsFoundAsTheFilesOwnIs) {
+  file("mine.toml", "[material]\ndilatancy = 0.7\n");
+  file("materials/own.toml", "[material]\ndilatancy = 0.6\n");
+  const auto path = variant("");
+  const auto with = [&](const std::string& card) {
+    return Case::load(path, {"material.card=" + card}).number("material.dilatancy");
+  };
+  EXPECT_EQ(with("mine"), 0.7);  // whatever folder the program works in
+  EXPECT_EQ(with("mine.toml"), 0.7);
+  EXPECT_EQ(with("own"), 0.6);
+  EXPECT_EQ(with("materials/own.toml"), 0.6);
+  EXPECT_EQ(with((folder_ / "mine.toml").string()), 0.7);
+}
+
+TEST_F(CaseFiles, CardsOfThisCloneAreFoundFromAnywhere) {
+  const auto card = [&](const std::string& name) {
+    return Case::load(variant("[material]\ncard = '" + name + "'\n")).resolved();
+  };
+  EXPECT_NE(card("dem_mu05"), card("seed_table1"));
+  EXPECT_THAT(card("dem_mu05.toml"), HasSubstr("card = \"dem_mu05.toml\""));
+}
+
+TEST_F(CaseFiles, CardThatIsNowhereIsRefusedWithThePlaces) {
+  const std::string beside = folder_.string(), own = cases + "/materials";
+  for (const std::string& card : {std::string("nope"), std::string("x/nope.toml")}) {
+    const std::string line = refusal(variant(""), {"material.card=" + card});
+    EXPECT_THAT(
+        line, AllOf(StartsWith("--set material.card=" + card), HasSubstr(beside), HasSubstr(own)));
+  }
+}
+
 TEST_F(CaseFiles, ResolvedTextIsACaseThatResolvesToItself) {
   // Reals whose shortest form is an exponent, a bare integer or many digits; text that needs
   // escapes.

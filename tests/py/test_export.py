@@ -42,6 +42,6 @@ def test_points_and_records_come_back_unchanged(run, tmp_path):
 def test_another_file_is_refused_and_leaves_nothing(tmp_path):
     other = tmp_path / "notes.h5"
     other.write_text("no run")
-    with pytest.raises(CaseError, match="not a run file"):
+    with pytest.raises(CaseError, match="not HDF5, or cut short"):
         vtk.export(other, tmp_path / "out")
     assert not list((tmp_path / "out").iterdir())

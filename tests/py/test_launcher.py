@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from cases.errors import CaseError
 from cases.programs import ROOT, name_of
 from compare import version
 from compare.commands import test as test_command
@@ -72,7 +73,8 @@ def test_missing_packages_are_named_with_the_command_that_installs_them():
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o755)
         copy = Path(shutil.copy(LAUNCHER, folder))
-        shutil.copytree(ROOT / "compare", Path(folder) / "compare", copy_function=shutil.copyfile)
+        for part in ("cases", "compare"):
+            shutil.copytree(ROOT / part, Path(folder) / part, copy_function=shutil.copyfile)
         (Path(folder) / "packages.txt").write_text(
             "# needed\nbash\nno-such-package  # for a reason\nnor-such\n"
         )
@@ -90,9 +92,18 @@ def test_cases_are_found_by_name_folder_and_file(tmp_path, monkeypatch):
     (tmp_path / "mine.toml").touch()
     assert find_case("column_ci").resolve() == ROOT / "cases" / "column_ci"
     assert find_case("mine.toml") == Path("mine.toml")
-    assert find_case("nowhere") == Path("nowhere")
+    assert find_case("./nowhere") == Path("./nowhere")
     assert name_of(Path("mine.toml")) == "mine"
     assert name_of(ROOT / "cases" / "column" / "case.toml") == "column"
+
+
+@pytest.mark.parametrize(
+    "word, guess", [("colum_ci", "column_ci"), ("shaer", "shear"), ("zzz", None), ("n" * 300, None)]
+)
+def test_a_mistyped_case_is_guessed_and_all_are_named(word, guess):
+    with pytest.raises(CaseError, match=f"^{word}: no such case .known: .*column_small.*") as said:
+        find_case(word)
+    assert str(said.value).endswith(f"Did you mean '{guess}'?" if guess else ").")
 
 
 def test_verdict_is_a_line_a_headline_with_both_engines_and_their_difference():
