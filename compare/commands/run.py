@@ -8,6 +8,7 @@ import difflib
 import json
 import os
 import shutil
+import sys
 import tempfile
 from pathlib import Path
 

@@ -1,5 +1,5 @@
-"""Does the numerical error bar cover the error? A run, its siblings, and a run so fine that it stands
-for the exact solution; the bar must reach from the first to the last.
+"""Does the numerical error bar cover the error? A run, its siblings, and a run so fine that it
+stands for the exact solution; the bar must reach from the first to the last.
 
     python3 -m compare.study.error_bar CONFIG KEY -o RESULT.json
 """
