@@ -28,7 +28,7 @@ def make(scene: Path, task: dict) -> dict:
     """Figures of the continuum by metric: of the run, of the fine run, and the bar."""
     recipe = Recipe.of(task["recipe"])
     sets = siblings.overrides(load(scene, recipe.sets))
-    asked = {"main": [], "fine": [f"mpm.cell_size={task['fine']!r}"]} | sets
+    asked: dict[str, list[str]] = {"main": [], "fine": [f"mpm.cell_size={task['fine']!r}"]} | sets
     with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
         files = {name: Path(folder) / f"{name}.h5" for name in asked}
         for name, more in asked.items():
