@@ -12,6 +12,8 @@ import numpy as np
 import pandas as pd
 
 from cases.case import parse
+from cases.errors import exit_code
+from cases.files import check_table
 
 from .ensemble import save
 from .summary import scalars
@@ -78,6 +80,8 @@ def main() -> int:
     parser.add_argument("runs", nargs="+", type=Path, metavar="DEM.h5")
     parser.add_argument("-o", "--output", type=Path, help="table (CSV) with a row per run")
     options = parser.parse_args()
+    if options.output:
+        check_table(options.output)
     table = pd.DataFrame([row(path) for path in options.runs]).sort_values(["aspect_ratio", "seed"])
     if options.output:
         save(
@@ -92,4 +96,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(exit_code(main))

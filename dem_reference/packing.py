@@ -19,8 +19,6 @@ kept. A seed fixes every random number, so a packing can be made again.
 """
 
 import os
-import shutil
-import tempfile
 from dataclasses import replace
 from functools import partial
 from math import sqrt
@@ -30,6 +28,7 @@ import h5py
 import numpy as np
 
 from cases.errors import EngineError, Failure
+from cases.scratch import made_folders, scratch, told
 
 from . import scene
 from .contacts import Snapshot
@@ -253,10 +252,8 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
     if target.is_dir():
         report(1.0, "packing found")
         return target
-    store.mkdir(parents=True, exist_ok=True)
     asked, dem = case["initial"]["void_ratio"], case["dem"]
-    work = Path(tempfile.mkdtemp(prefix=".packing-", dir=store))
-    try:
+    with told(store), made_folders(store), scratch(store, "packing") as work:
         tried, best, cpu = [], None, 0.0
         friction, damping = dem["packing_friction"], dem["packing_damping"]
         for attempt in range(dem["packing_attempts"]):
@@ -292,8 +289,6 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
         except OSError:  # another run made the same packing meanwhile
             if not target.is_dir():
                 raise
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
     return target
 
 

@@ -3,13 +3,13 @@
 Each RUN is a folder that holds mpm.h5 and dem.h5; further files mpm*.h5 and dem*.h5 in it (other
 seeds, other point jitter) make it an ensemble, whose scatter the verdicts use. With --dump the
 grains of one folder are read from plain LIGGGHTS or LAMMPS dumps instead, of a scene that --case
-describes.
+describes. New results take the place of the old ones once all are complete.
 """
 
 import sys
 from pathlib import Path
 
-from cases import case
+from cases import case, files, results
 from cases.errors import CaseError
 from compare.mapping import dumps
 from compare.mapping.runs import open_run
@@ -49,40 +49,87 @@ def arguments(parser):
     parser.add_argument(
         "--time-step", type=float, metavar="S", help="time step of the dumped run [s]"
     )
+    parser.add_argument(
+        "--replace",
+        action="store_true",
+        help="with --dump: also replace a dem.h5 that is the result of a run",
+    )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
 
 
 def run(options) -> int:
-    if options.dump:
-        if len(options.runs) != 1 or not options.case or not options.time_step:
-            raise CaseError("grainpair compare: --dump needs one RUN, --case and --time-step")
-        options.runs[0].mkdir(parents=True, exist_ok=True)
-        dumps.convert(
-            options.dump, case.load(options.case), options.time_step, options.runs[0] / "dem.h5"
-        )
+    if options.dump and (len(options.runs) != 1 or not options.case or not options.time_step):
+        raise CaseError("grainpair compare: --dump needs one RUN, --case and --time-step")
     if options.table and len(options.runs) != 1:
         raise CaseError("grainpair compare: --table needs one RUN")
+    if options.table:
+        files.check_table(options.table)
+    scene = case.load(options.case) if options.dump else None
+    for folder in options.runs:
+        if not folder.is_dir():
+            raise CaseError(f"{folder}: no folder of a run. Make one with: grainpair run")
+        with results.owned(folder) as owned:
+            metrics = renew(owned, options, scene)
+        print(f"{folder}: {metrics['verdict']['value']}")
+        print(folder / "report.html")
+    return 0
+
+
+def renew(folder: results.Folder, options, scene: case.Case | None) -> dict:
+    """Makes what a comparison makes, and puts it into the folder when all of it is there."""
     mapping = [
         word
         for key in ("width", "kernel", "spacing")
         if (value := getattr(options, key))
         for word in (f"--{key}", str(value))
     ]
-    for folder in options.runs:
-        if options.controls:
-            mpm, dem = (open_run(files[0]) for files in comparison.run_files(folder))
-            controls.make(folder, mpm, dem, options.quiet)
+    if options.controls and not scene:
+        make_controls(folder, options.quiet)
+    if scene:
+        refuse_to_lose(folder.out / "dem.h5", options.replace)
 
-        def say(fraction: float, text: str, name: Path = folder) -> None:
-            if not options.quiet:
-                print(f"{name}: {100 * fraction:.0f} % {text}", flush=True)
+    def say(fraction: float, text: str) -> None:
+        if not options.quiet:
+            print(f"{folder.out}: {100 * fraction:.0f} % {text}", flush=True)
 
-        metrics = report.compare(folder, mapping, say, WIDTHS if options.width_study else ())
+    with folder.prepare(report.OUTPUTS, report.INPUTS) as work:
+        if scene:
+            (work / "dem.h5").unlink(missing_ok=True)  # a link to the one that is there
+            dumps.convert(options.dump, scene, options.time_step, work / "dem.h5")
+        runs = [open_run(path) for engine in comparison.run_files(work) for path in engine]
+        comparison.refuse_unpaired(runs)
+        if options.controls and scene:
+            make_controls_in(work, options.quiet)
+        metrics = report.compare(work, mapping, say, WIDTHS if options.width_study else ())
         if options.table:
-            runs = [open_run(path) for files in comparison.run_files(folder) for path in files]
-            verdict_table.write(
-                metrics, runs, options.table, " ".join(["./grainpair", *sys.argv[1:]])
-            )
-        print(f"{folder}: {metrics['verdict']['value']}")
-        print(folder / "report.html")
-    return 0
+            words = " ".join(["./grainpair", *sys.argv[1:]])
+            verdict_table.write(metrics, runs, options.table, words)
+    return metrics
+
+
+def refuse_to_lose(file: Path, replace: bool):
+    """Raises CaseError where dumps would take the place of grains that were run."""
+    if replace or not file.exists():
+        return
+    try:
+        made_by = open_run(file).attributes.get("engine_version", "an unknown engine")
+    except CaseError:
+        made_by = "a program that is not known"
+    if made_by != dumps.MADE_BY:
+        raise CaseError(
+            f"{file}: is there, and not made of dumps but by {made_by} (it would be lost) give "
+            "another folder, or --replace"
+        )
+
+
+def make_controls(folder: results.Folder, quiet: bool):
+    """Runs the controls that the folder lacks; they stay there, whatever becomes of the
+    comparison.
+    """
+    with folder.prepare(borrow=report.INPUTS) as work:
+        make_controls_in(work, quiet)
+
+
+def make_controls_in(work: Path, quiet: bool):
+    mpm, dem = (open_run(engine[0]) for engine in comparison.run_files(work))
+    controls.make(work, mpm, dem, quiet)

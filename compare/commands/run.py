@@ -1,24 +1,26 @@
 """Run a case with both engines, compare them, write the report.
 
 The results stand in one folder (--out, by default runs/<case>): mpm.h5, dem.h5, fields.h5,
-metrics.json, report.html, figures/.
+metrics.json, report.html, figures/. They take the place of an earlier run's, and of its controls/
+and vtk/, once all of them are complete; other files in the folder stay.
 """
 
 import json
 import os
 import shutil
 import sys
-import tempfile
 from pathlib import Path
 
-from cases import case
+from cases import case, results
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
 from cases.programs import ROOT, name_of, program
+from compare.cost import estimate, refuse_more_than_there_is, table, tell_if_long
 from dem_reference.content import ensemble_folder
 
-# What an earlier run may have left in the folder.
+# What an earlier run may have left in the folder, and what was made of it there.
 OURS = ["mpm.h5", "dem.h5", "dem_[0-9]*.h5", "fields.h5", "metrics.json", "report.html", "figures"]
+OURS += ["controls", "vtk", "collapse"]
 VERDICT = {
     "run_out": "run-out",
     "final_height": "final height",
@@ -59,6 +61,9 @@ def arguments(parser):
     )
     parser.add_argument("--threads", type=int, default=1, help="of the continuum (%(default)s)")
     parser.add_argument("--quiet", action="store_true", help="show no progress")
+    parser.add_argument(
+        "--dry-run", action="store_true", help="only show what the run would take of the machine"
+    )
 
 
 def find_case(name: str) -> Path:
@@ -102,15 +107,18 @@ def run(options) -> int:
             "the radius have no common grid with those over x) run either engine itself: mpm_run, "
             "python3 -m dem_reference.run"
         )
+    takes = estimate(scene, options.seeds)
+    if options.dry_run:
+        print(table(takes))
+        return 0
+    refuse_more_than_there_is(scene, takes)
     out = options.out or Path("runs") / name_of(scene.path)
-    out.parent.mkdir(parents=True, exist_ok=True)
     common = [
         scene.path,
         *(word for assignment in options.overrides for word in ("--set", assignment)),
     ]
-    # Both engines or neither: their results move into the folder when both have ended well.
-    with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as folder:
-        scratch = Path(folder)
+    with results.owned(out, takes.disk) as folder, folder.prepare(OURS) as scratch:
+        tell_if_long(scene, takes)
         grain_stage, grain_results = grains(scene, options, common, scratch)
         continuum = Stage(
             "continuum (MPM)",
@@ -135,16 +143,16 @@ def run(options) -> int:
         for number, result in enumerate(grain_results, start=1):
             if result.parent != scratch:
                 shutil.copy(result, scratch / ("dem.h5" if number == 1 else f"dem_{number}.h5"))
-        out.mkdir(exist_ok=True)
-        for pattern in OURS:
-            for stale in out.glob(pattern):
-                shutil.rmtree(stale) if stale.is_dir() else stale.unlink()
-        for result in scratch.iterdir():
-            os.replace(result, out / result.name)
-    run_stages(
-        [Stage("comparison", [sys.executable, "-m", "compare.report", out, "--progress"])],
-        quiet=options.quiet,
-    )
+        with folder.rescued(scratch, "not-compared"):
+            run_stages(
+                [
+                    Stage(
+                        "comparison",
+                        [sys.executable, "-m", "compare.report", scratch, "--progress"],
+                    )
+                ],
+                quiet=options.quiet,
+            )
     print(verdict(json.loads((out / "metrics.json").read_text())))
     print(out / "report.html")
     return 0
