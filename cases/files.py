@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cases.errors import CaseError
-from cases.scratch import locked, made_folders, scratch, told
+from cases.scratch import locked, made_folders, named, scratch, told
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,8 +36,10 @@ def owned(path: Path) -> Iterator[Path]:
             stack.enter_context(made_folders(path.parent))
             stack.enter_context(locked(path.with_name(f".{path.name}.lock"), path))
             refuse_folder(path)
-            part = stack.enter_context(scratch(path.parent, path.name)) / path.name
-        yield part
+            work = stack.enter_context(scratch(path.parent, path.name))
+        part = work / path.name
+        with named(work, path):
+            yield part
         with told(path):
             os.replace(part, path)
 

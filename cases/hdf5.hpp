@@ -86,16 +86,23 @@ inline hid_t type_of<int>() {
   return H5T_NATIVE_INT;
 }
 
+/// Errors are exceptions, not prints; and what could not be written is not tried again at the end
+/// of the program, where the library would crash over it.
+inline void begin() {
+  H5dont_atexit();
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
 /// In the format of HDF5 1.10, whose groups and attributes are the smaller and faster.
 inline Handle create_file(const std::string& path) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are exceptions, not prints
+  begin();
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "make a property list");
   H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
   return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, "create " + path};
 }
 
 inline Handle open_file(const std::string& path) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are exceptions, not prints
+  begin();
   return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open " + path};
 }
 

@@ -31,6 +31,7 @@ def owned(out: Path, room: float = 0.0) -> Iterator["Folder"]:
     Raises CaseError where it cannot be one of results, has less than `room` [bytes], or is in use.
     """
     real = place_of(out)
+    refuse_lack_of_room(out, real, room)
     with ExitStack() as stack:
         with told(out):
             stack.enter_context(made_folders(real.parent))
@@ -38,16 +39,21 @@ def owned(out: Path, room: float = 0.0) -> Iterator["Folder"]:
             stack.enter_context(locked(home / f".{real.name}.lock", out))
             if real.exists():
                 tempfile.TemporaryFile(dir=real).close()  # a folder that can be written to
-            free = shutil.disk_usage(home).free
             folder = Folder(out, real, home)
             with folder.scratch():  # its name fits as well
                 pass
-        if free < room:
-            raise CaseError(
-                f"{out}: the results take about {room / 1e9:.3g} GB ({free / 1e9:.3g} GB are free "
-                "there) free some room, or choose another place"
-            )
         yield folder
+
+
+def refuse_lack_of_room(out: Path, real: Path, room: float):
+    """Raises CaseError where less than `room` [bytes] is free."""
+    there = next(folder for folder in (real, *real.parents) if folder.exists())
+    free = shutil.disk_usage(there).free
+    if free < room:
+        raise CaseError(
+            f"{out}: the results take about {room / 1e6:.3g} MB ({free / 1e6:.3g} MB are free "
+            "there) free some room, or choose another place"
+        )
 
 
 @contextmanager

@@ -12,6 +12,7 @@ import fcntl
 import glob
 import os
 import platform
+import re
 import shlex
 import shutil
 import sys
@@ -20,7 +21,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from cases.errors import CaseError, EngineError
+from cases.errors import CaseError, EngineError, Failed
 
 CHARACTERS = 200  # of a command in a message
 
@@ -49,6 +50,16 @@ def told(path: Path) -> Iterator[None]:
         raise CaseError(
             f"{path}: cannot be written ({reason(error)}) choose another place"
         ) from error
+
+
+@contextmanager
+def named(work: Path, what: Path) -> Iterator[None]:
+    """Failures that tell of a file in the scratch folder `work` tell of `what` instead."""
+    try:
+        yield
+    except Failed as error:
+        line = re.sub(re.escape(str(work)) + r"[^\s:]*", lambda _: str(what), str(error))
+        raise type(error)(line) from error
 
 
 @contextmanager

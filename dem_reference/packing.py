@@ -19,6 +19,7 @@ kept. A seed fixes every random number, so a packing can be made again.
 """
 
 import os
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from math import sqrt
@@ -28,7 +29,7 @@ import h5py
 import numpy as np
 
 from cases.errors import EngineError, Failure
-from cases.scratch import made_folders, scratch, told
+from cases.scratch import made_folders, named, scratch, told
 
 from . import scene
 from .contacts import Snapshot
@@ -253,7 +254,11 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
         report(1.0, "packing found")
         return target
     asked, dem = case["initial"]["void_ratio"], case["dem"]
-    with told(store), made_folders(store), scratch(store, "packing") as work:
+    with ExitStack() as stack:
+        stack.enter_context(told(store))
+        stack.enter_context(made_folders(store))
+        work = stack.enter_context(scratch(store, "packing"))
+        stack.enter_context(named(work, store))
         tried, best, cpu = [], None, 0.0
         friction, damping = dem["packing_friction"], dem["packing_damping"]
         for attempt in range(dem["packing_attempts"]):

@@ -28,12 +28,12 @@ H5File::H5File(std::string path, hid_t id)
       file_(own(id, H5Fclose, path_ + ": cannot open as HDF5 (missing, unreadable or not HDF5)")) {}
 
 H5File H5File::open(const std::string& path) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  hdf5::begin();
   return {path, H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)};
 }
 
 H5File H5File::create(const std::string& path) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  hdf5::begin();
   return {path, H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT)};
 }
 
