@@ -1,5 +1,6 @@
 #include "cases/memory.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <limits>
 #include <sstream>
