@@ -5,6 +5,8 @@ message may be reworded, the code stays. The codes are those of cases/failure.hp
 `mpm_case --failures` prints; a test compares the two.
 """
 
+import sys
+from collections.abc import Callable
 from enum import StrEnum
 
 
@@ -51,3 +53,15 @@ class CaseError(Failed):
 
 class EngineError(Failed):
     """A program of a run failed or is missing, said in one line. Exit code 3."""
+
+
+def exit_code(main: Callable[[], int]) -> int:
+    """What a program ends with: the code of `main`, or of its failure, said in one line."""
+    try:
+        return main()
+    except CaseError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except EngineError as error:
+        print(error, file=sys.stderr)
+        return 3

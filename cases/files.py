@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from cases.errors import CaseError
+from cases.scratch import locked, made_folders, named, scratch, told
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -14,16 +17,67 @@ if TYPE_CHECKING:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A path beside `path`, of the same suffix, that takes its place once the block has ended well;
-    makes the folder.
+    """A path of the same name, in a folder of its own beside `path`, that takes its place once the
+    block has ended well; makes the folder. Raises CaseError where nothing can be written there.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.stem}-{os.getpid()}.part{path.suffix}")
-    try:
-        yield part
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
+    with told(path), made_folders(path.parent):
+        refuse_folder(path)
+        with scratch(path.parent, path.name) as work:
+            part = work / path.name
+            yield part
+            os.replace(part, path)
+
+
+@contextmanager
+def owned(path: Path) -> Iterator[Path]:
+    """The same, by one process at a time: for what takes long."""
+    with ExitStack() as stack:
+        with told(path):
+            stack.enter_context(made_folders(path.parent))
+            stack.enter_context(locked(path.with_name(f".{path.name}.lock"), path))
+            refuse_folder(path)
+            work = stack.enter_context(scratch(path.parent, path.name))
+        part = work / path.name
+        with named(work, path):
+            yield part
+        with told(path):
+            os.replace(part, path)
+
+
+def refuse_folder(path: Path):
+    if path.is_dir():
+        raise CaseError(f"{path}: cannot be written (it is a folder) give the name of a file")
+
+
+def check(path: Path):
+    """Raises CaseError where no file can be written at `path`: before what takes long to make it.
+    Makes nothing but its folder.
+    """
+    with told(path), made_folders(path.parent):
+        refuse_folder(path)
+        with scratch(path.parent, path.name):
+            pass
+
+
+def check_figure(path: Path):
+    """The same of a figure, in a format that write_figure knows."""
+    from matplotlib.figure import Figure  # takes its time to load
+
+    known = sorted(Figure().canvas.get_supported_filetypes())
+    if path.suffix[1:] not in known:
+        raise CaseError(
+            f"{path}: no figure can be of that name give it one of .{', .'.join(known)}"
+        )
+    check(path)
+
+
+def check_table(path: Path):
+    """The same of a table, which takes the place of no file but an earlier table."""
+    check(path)
+    if path.exists() and not path.read_bytes().startswith(b"# "):
+        raise CaseError(
+            f"{path}: is there, and no table of grainpair (it would be lost) give another name"
+        )
 
 
 def write_atomically(path: Path, text: str):

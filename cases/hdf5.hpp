@@ -14,13 +14,34 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace grainpair::hdf5 {
 
+/// Why the library's last call failed, in the system's words where it has them ("No space left on
+/// device").
+inline std::string reason() {
+  std::string found;
+  H5Ewalk2(
+      H5E_DEFAULT, H5E_WALK_DOWNWARD,
+      [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
+        constexpr std::string_view mark = "error message = '";
+        const std::string_view text = error->desc ? error->desc : "";
+        const auto at = text.find(mark);
+        if (at == std::string_view::npos) return 0;
+        const auto words = text.substr(at + mark.size());
+        *static_cast<std::string*>(out) =
+            " (" + std::string(words.substr(0, words.find('\''))) + ")";
+        return 0;
+      },
+      &found);
+  return found;
+}
+
 struct Error : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit Error(const std::string& what) : std::runtime_error(what + reason()) {}
 };
 
 /// Owns one HDF5 identifier.
@@ -37,6 +58,10 @@ class Handle {
   }
   ~Handle() {
     if (id_ >= 0) close_(id_);
+  }
+  /// Closes it now, and throws where that fails: what was written may reach the disk only then.
+  void finish() {
+    if (close_(std::exchange(id_, -1)) < 0) throw Error("HDF5: cannot write the end of a file");
   }
   operator hid_t() const { return id_; }
 
@@ -68,8 +93,16 @@ inline hid_t type_of<int>() {
   return H5T_NATIVE_INT;
 }
 
+/// Errors are exceptions, not prints; and what could not be written is not tried again at the end
+/// of the program, where the library would crash over it.
+inline void begin() {
+  H5dont_atexit();
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
 /// In the format of HDF5 1.10, whose groups and attributes are the smaller and faster.
 inline Handle create_file(const std::string& path) {
+  begin();
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "make a property list");
   H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
   return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, "create " + path};
@@ -90,7 +123,7 @@ inline std::string unreadable(const std::string& path) {
 }
 
 inline Handle open_file(const std::string& path) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are exceptions, not prints
+  begin();
   std::error_code unknown;
   const hid_t file = std::filesystem::is_regular_file(path, unknown)
                          ? H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)

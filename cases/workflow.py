@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cases.errors import EngineError
-from cases.files import write_atomically
 from cases.programs import ROOT, call, module, short, user_cache
+from cases.scratch import locked, remove_dead
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,10 @@ def run(
         if alone:
             lock = stack.enter_context((folder / "lock").open("w"))
             fcntl.flock(lock, fcntl.LOCK_EX)  # the kernel drops it with the process
-        write_atomically(file, json.dumps(config | {"file": file.name}, indent=1))
-        stack.callback(file.unlink)
+        for old in folder.glob("config-*.json"):
+            remove_dead(old)
+        text = json.dumps(config | {"file": file.name}, indent=1)
+        stack.enter_context(locked(file, folder, text))
         words = ["--snakefile", snakefile, "--configfile", file]
         words += ["--directory", folder, *where.words(), "--nolock", "--keep-going"]
         words += ["--rerun-incomplete", "--rerun-triggers", "mtime"]

@@ -13,7 +13,8 @@ import numpy as np
 import pandas as pd
 
 from cases import command_line
-from cases.files import write_figure
+from cases.errors import exit_code
+from cases.files import check_figure, write_figure
 from cases.style import STYLE
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
@@ -117,6 +118,8 @@ def main() -> int:
     )
     parser.add_argument("-o", "--output", type=Path, help="chart")
     options = parser.parse_args()
+    if options.output:
+        check_figure(options.output)
     series = {}
     for title, names in SERIES.items():
         tables = {
@@ -137,4 +140,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(exit_code(main))

@@ -11,8 +11,9 @@ import pandas as pd
 
 from cases import command_line
 from cases.case import parse
-from cases.errors import CaseError
-from cases.results import opened
+from cases.errors import exit_code
+from cases.files import check_table
+from cases.reading import opened
 
 from .ensemble import save
 from .summary import scalars
@@ -79,12 +80,9 @@ def main() -> int:
     parser.add_argument("runs", nargs="+", type=Path, metavar="DEM.h5")
     parser.add_argument("-o", "--output", type=Path, help="table (CSV) with a row per run")
     options = parser.parse_args()
-    try:
-        rows = [row(path) for path in options.runs]
-    except CaseError as error:
-        print(error, file=sys.stderr)
-        return 2
-    table = pd.DataFrame(rows).sort_values(["aspect_ratio", "seed"])
+    if options.output:
+        check_table(options.output)
+    table = pd.DataFrame([row(path) for path in options.runs]).sort_values(["aspect_ratio", "seed"])
     if options.output:
         save(
             table,
@@ -98,4 +96,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(exit_code(main))

@@ -21,7 +21,7 @@ from scipy import stats
 from cases import command_line, workflow
 from cases.case import Case, load
 from cases.errors import CaseError, EngineError
-from cases.files import write_table
+from cases.files import check_table, write_table
 from cases.programs import short
 from cases.provenance import about, head
 
@@ -108,11 +108,13 @@ def main() -> int:
                 f"{command_line.MOST_SEED})"
             )
         case = load(options.case, options.set)
+        folder = case.path.parent if case.path.name == "case.toml" else case.path.with_suffix("")
+        table = options.table or folder / "reference" / f"{options.name}.csv"
+        if not options.dry_run:
+            check_table(table)
         runs = make(case, options.set, seeds, where, ranks=options.ranks, dry=options.dry_run)
         if options.dry_run:
             return 0
-        folder = case.path.parent if case.path.name == "case.toml" else case.path.with_suffix("")
-        table = options.table or folder / "reference" / f"{options.name}.csv"
         tabulate(case, runs, table, " ".join(["python3 -m dem_reference.ensemble", *sys.argv[1:]]))
     except CaseError as error:
         print(error, file=sys.stderr)

@@ -19,8 +19,7 @@ kept. A seed fixes every random number, so a packing can be made again.
 """
 
 import os
-import shutil
-import tempfile
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from math import sqrt
@@ -30,6 +29,7 @@ import h5py
 import numpy as np
 
 from cases.errors import EngineError, Failure
+from cases.scratch import made_folders, named, scratch, told
 
 from . import scene
 from .contacts import Snapshot
@@ -254,10 +254,12 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
     if target.is_dir():
         report(1.0, "packing found")
         return target
-    store.mkdir(parents=True, exist_ok=True)
     asked, dem = case["initial"]["void_ratio"], case["dem"]
-    work = Path(tempfile.mkdtemp(prefix=".packing-", dir=store)).resolve()
-    try:
+    with ExitStack() as stack:
+        stack.enter_context(told(store))
+        stack.enter_context(made_folders(store))
+        work = stack.enter_context(scratch(store, "packing")).resolve()  # engines work elsewhere
+        stack.enter_context(named(work, store))
         tried, best, cpu = [], None, 0.0
         friction, damping = dem["packing_friction"], dem["packing_damping"]
         for attempt in range(dem["packing_attempts"]):
@@ -293,8 +295,6 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
         except OSError:  # another run made the same packing meanwhile
             if not target.is_dir():
                 raise
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
     return target
 
 

@@ -6,6 +6,7 @@ LIGGGHTS ends its process on any error, and holds one simulation only.
 import multiprocessing
 import os
 import resource
+import shutil
 import signal
 import sys
 from collections.abc import Callable
@@ -14,6 +15,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from cases.errors import CaseError, EngineError, Failure
+from cases.scratch import reason
+
+LEAST_ROOM = 1e6  # [bytes] with less of it an engine's end is put down to the disk
 
 Report = Callable[[float, str], None]  # takes the fraction done and a few words
 
@@ -58,6 +62,7 @@ def run_engine(
     finally:
         child.join()
     if outcome is None:
+        refuse_full_disk(log.parent)
         raise stopped(child.exitcode, last_error(log, screen))
     kind, rest = outcome
     if kind == "done":
@@ -76,9 +81,22 @@ def _child(pipe: Connection, work: Callable, arguments: tuple, screen: Path) -> 
         pipe.send(("done", result, usage.ru_utime + usage.ru_stime))
     except (CaseError, EngineError) as error:
         pipe.send(("failed", type(error), str(error)))
+    except OSError as error:
+        what = error.filename or screen.parent
+        pipe.send(("failed", EngineError, f"{what}: cannot be written ({reason(error)})"))
+    except MemoryError:
+        pipe.send(("failed", EngineError, "LIGGGHTS: out of memory choose larger grains"))
     pipe.close()
     sys.stdout.flush()
     os._exit(0)  # without MPI's farewell
+
+
+def refuse_full_disk(folder: Path) -> None:
+    """Engines do not tell why they cannot write, and may crash over it. Raises EngineError where
+    there is no room.
+    """
+    if shutil.disk_usage(folder).free < LEAST_ROOM:
+        raise EngineError(f"{folder}: cannot be written (the disk is full) free some room")
 
 
 def stopped(exit_code: int | None, words: str) -> EngineError:

@@ -4,11 +4,8 @@
         [--progress] [--driver library|script] [--ranks N]
 """
 
-import os
-import shutil
 import signal
 import sys
-import tempfile
 import time
 from pathlib import Path
 
@@ -17,9 +14,11 @@ import h5py
 from cases import command_line
 from cases.case import Case, load
 from cases.errors import CaseError, EngineError
+from cases.files import owned
 from cases.programs import kept
+from cases.scratch import reason
 
-from . import packing
+from . import cost, packing
 from .collapse import Plan, collapse
 from .grains import Grains
 from .process import run_engine
@@ -59,9 +58,9 @@ def run(
     tables = packing.dict_of(case)
     refuse(tables)
     Plan.of(tables)
-    settled = packing.obtain(tables, seed, store, progress.part(0.0, PACKING_SHARE))
-    work = Path(tempfile.mkdtemp(prefix=f".{output.name}-", dir=output.parent)).resolve()
-    try:
+    cost.refuse_more_than_there_is(tables)
+    with owned(output) as target:
+        settled = packing.obtain(tables, seed, store, progress.part(0.0, PACKING_SHARE))
         with h5py.File(settled / "packing.h5") as made:
             version = made.attrs["engine_version"]
         attributes = {
@@ -72,15 +71,15 @@ def run(
             "threads": ranks,
             "engine_version": version,
         }
-        log, target = work / "log", work / output.name
+        target = target.resolve()  # the engine works in a folder of its own
+        work = target.with_name(f"{target.name}.work")
+        work.mkdir()
+        log = work / "log"
         report = progress.part(PACKING_SHARE, 0.99)
         if script or ranks > 1:
             collapse_by_script(tables, settled, log, target, attributes, ranks, report)
         else:
             run_engine(collapse, tables, settled, log, target, attributes, log=log, report=report)
-        os.replace(target, output)
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
     progress.part(0, 1)(1.0, "done")
 
 
@@ -149,7 +148,6 @@ def main(words: list[str] | None = None) -> int:
         signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM)
     )  # so that everything is cleaned up
     try:
-        options.output.parent.mkdir(parents=True, exist_ok=True)
         run(
             load(options.case, options.set),
             options.output,
@@ -160,9 +158,12 @@ def main(words: list[str] | None = None) -> int:
             options.driver == "script",
             options.ranks,
         )
-    except (CaseError, OSError) as error:
+    except CaseError as error:
         print(error, file=sys.stderr)
         return 2
+    except OSError as error:
+        print(f"{options.output}: cannot be made ({reason(error)})", file=sys.stderr)
+        return 3
     except EngineError as error:
         print(error, file=sys.stderr)
         return 3

@@ -27,7 +27,7 @@ from .contacts import Snapshot
 from .fluctuation import fluctuation_energy
 from .grains import Grains
 from .output import Result
-from .process import Report, last_error, stopped
+from .process import Report, last_error, refuse_full_disk, stopped
 
 PROGRAM = "liggghts"
 ATOMS = "id type x y z vx vy vz fx fy fz omegax omegay omegaz tqx tqy tqz"
@@ -129,6 +129,7 @@ def run_script(log: Path, ranks: int, plan: Plan, report: Report) -> None:
             report(len(list(work.glob("atoms.*.bin"))) * plan.frame / plan.last, "collapse")
             time.sleep(0.2)
     if engine.returncode:
+        refuse_full_disk(work)
         raise stopped(engine.returncode, last_error(log, screen))
 
 

@@ -19,8 +19,9 @@ import pandas as pd
 
 from cases import command_line
 from cases.case import parse
-from cases.errors import CaseError, EngineError
-from cases.results import opened
+from cases.errors import EngineError, exit_code
+from cases.files import check_table
+from cases.reading import opened
 
 from . import lammps, scene
 from .collapse import Plan
@@ -139,18 +140,15 @@ def main() -> int:
         "-o", "--output", type=Path, help="table (CSV) with a row per run and engine"
     )
     options = parser.parse_args()
+    if options.output:
+        check_table(options.output)
     rows = []
-    try:
-        for run in options.runs:
-            ours = scalars(run)
-            rows.append(
-                {"seed": ours["seed"], "engine": "liggghts"}
-                | {name: ours[name] for name in COMPARED}
-            )
-            rows.append({"seed": ours["seed"], "engine": "lammps"} | collapse(run))
-    except (CaseError, EngineError) as error:
-        print(error, file=sys.stderr)
-        return 2 if isinstance(error, CaseError) else 3
+    for run in options.runs:
+        ours = scalars(run)
+        rows.append(
+            {"seed": ours["seed"], "engine": "liggghts"} | {name: ours[name] for name in COMPARED}
+        )
+        rows.append({"seed": ours["seed"], "engine": "lammps"} | collapse(run))
     table = pd.DataFrame(rows)
     if options.output:
         save(
@@ -165,4 +163,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(exit_code(main))

@@ -17,9 +17,9 @@ import pandas as pd
 from cases import command_line
 from cases.case import parse
 from cases.style import STYLE
-from cases.errors import CaseError
-from cases.files import write_figure
-from cases.results import opened
+from cases.errors import CaseError, exit_code
+from cases.files import check_figure, check_table, write_figure
+from cases.reading import opened
 
 from .ensemble import save
 
@@ -125,11 +125,11 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, help="table (CSV)")
     parser.add_argument("--chart", type=Path, help="chart (PNG, SVG)")
     options = parser.parse_args()
-    try:
-        found = table(options.runs)
-    except CaseError as error:
-        print(error, file=sys.stderr)
-        return 2
+    if options.output:
+        check_table(options.output)
+    if options.chart:
+        check_figure(options.chart)
+    found = table(options.runs)
     if options.output:
         save(
             found,
@@ -145,4 +145,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(exit_code(main))

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.case import parse
-from cases.results import opened
+from cases.reading import opened
 
 # name -> unit; energies are relative to the potential energy released, times to sqrt(H/g), lengths
 # to L0 or H

@@ -14,7 +14,7 @@ import matplotlib
 import numpy as np
 
 from cases.errors import EngineError
-from cases.files import write_figure
+from cases.files import check_figure, write_figure
 from cases.programs import ROOT, call, program
 
 matplotlib.use("Agg")
@@ -43,6 +43,7 @@ def arguments(parser):
 
 
 def run(options) -> int:
+    check_figure(options.out)
     reference, _ = drive(options.case, "dormand_prince", REFERENCE)
     rows = []
     for integrator in ("implicit", "dormand_prince"):

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from cases import case, provenance
 from cases.files import write_table
-from cases.programs import name_of
 from compare.commands.run import find_case
 from compare.study import atlas, page, recipe, sweep
 
@@ -31,30 +30,33 @@ def run(options) -> int:
     timeout, planes = study["timeout"], study.get("plane", [])
     failures, trends = study.get("failure", []), study.get("trend", [])
 
-    asked = [atlas.rows_of(plane, timeout) for plane in planes]
-    tasks = [task for one in asked for _, task in one]
-    done = iter(sweep.run_tasks(scene, tasks, options, "compare.study.boundary"))
-    rows = [[(value, next(done)) for value, _ in one] for one in asked]
+    with sweep.prepared(scene, options, "atlas", "atlas.html") as out:
+        asked = [atlas.rows_of(plane, timeout) for plane in planes]
+        tasks = [task for one in asked for _, task in one]
+        done = iter(sweep.run_tasks(scene, tasks, options, "compare.study.boundary"))
+        rows = [[(value, next(done)) for value, _ in one] for one in asked]
 
-    pairs = [atlas.recipes_of(failure, timeout) for failure in failures]
-    series = [atlas.trend_recipes(trend, timeout) for trend in trends]
-    recipes = [one for group in [*pairs, *series] for one in group]
-    points = iter(sweep.run_recipes(scene, recipes, options))
-    shown = [(next(points), next(points)) for _ in pairs]
-    trended = [[next(points) for _ in group] for group in series]
+        pairs = [atlas.recipes_of(failure, timeout) for failure in failures]
+        series = [atlas.trend_recipes(trend, timeout) for trend in trends]
+        recipes = [one for group in [*pairs, *series] for one in group]
+        points = iter(sweep.run_recipes(scene, recipes, options))
+        shown = [(next(points), next(points)) for _ in pairs]
+        trended = [[next(points) for _ in group] for group in series]
 
-    out = options.out or Path("runs") / "studies" / name_of(scene.path) / "atlas"
-    told = Told(scene, out, provenance.about(" ".join(["./grainpair", *sys.argv[1:]])))
-    if planes:
-        told.planes(planes, rows)
-    if failures:
-        told.failures(failures, shown)
-    if trends:
-        told.trends(trends, trended)
-    page.write(
-        out / "atlas.html", f"Stability: {scene['title']}", told.origin, told.figures, told.tables
-    )
-    print(out / "atlas.html")
+        told = Told(scene, out, provenance.about(" ".join(["./grainpair", *sys.argv[1:]])))
+        if planes:
+            told.planes(planes, rows)
+        if failures:
+            told.failures(failures, shown)
+        if trends:
+            told.trends(trends, trended)
+        page.write(
+            out / "atlas.html",
+            f"Stability: {scene['title']}",
+            told.origin,
+            told.figures,
+            told.tables,
+        )
     return 0
 
 

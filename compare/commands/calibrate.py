@@ -8,7 +8,8 @@ next to the seed's Table 1.
 from pathlib import Path
 
 from cases import command_line
-from cases.files import write_atomically
+from cases.errors import CaseError
+from cases.files import check, write_atomically
 from cases.programs import ROOT
 from cases.provenance import commit
 from compare.element import calibration
@@ -18,6 +19,7 @@ from compare.element.model import Card
 from compare.element.tests import compared_tests
 from dem_reference.grains import Grains
 
+MADE = "# Command: grainpair calibrate"  # in the head of a card
 SYMBOLS = {
     "critical_void_ratio": "e_c",
     "critical_state_slope": "a_L",
@@ -57,6 +59,9 @@ def arguments(parser):
         help="where the card and the table go",
     )
     parser.add_argument(
+        "--replace", action="store_true", help="also replace a card that was not made by calibrate"
+    )
+    parser.add_argument(
         "--bootstrap",
         type=command_line.whole(0, 10_000),
         default=30,
@@ -66,6 +71,14 @@ def arguments(parser):
 
 
 def run(options) -> int:
+    card_file, table_file = (options.out / f"{options.card}.{suffix}" for suffix in ("toml", "md"))
+    for file in (card_file, table_file):
+        check(file)
+    if card_file.exists() and MADE not in card_file.read_text() and not options.replace:
+        raise CaseError(
+            f"{card_file}: is there, and was not made by calibrate (it would be lost) give another "
+            "--card, or --replace"
+        )
     start = Card.read(options.start)
     blocks, grains = calibration.evidence(options.cases)
     resampled = [
@@ -74,10 +87,10 @@ def run(options) -> int:
     ]
     fit = calibration.fit(blocks, grains, start, resampled)
     card = card_text(fit, blocks, grains, options)
-    write_atomically(options.out / f"{options.card}.toml", card)
-    write_atomically(options.out / f"{options.card}.md", table_text(fit, start, options))
+    write_atomically(card_file, card)
+    write_atomically(table_file, table_text(fit, start, options))
     print(table_text(fit, start, options), end="")
-    print(options.out / f"{options.card}.toml", options.out / f"{options.card}.md", sep="\n")
+    print(card_file, table_file, sep="\n")
     return 0
 
 
@@ -89,8 +102,7 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
         f"E_p = {grains.young_modulus:g} Pa, e_n = {grains.restitution:g}, "
         f"mu = {grains.friction:g},",
         f"# in the element tests {', '.join(most)} and {last} alone; no column was used.",
-        f"# Command: grainpair calibrate --start {options.start} --card {options.card} "
-        f"--bootstrap {options.bootstrap}",
+        f"{MADE} --start {options.start} --card {options.card} " f"--bootstrap {options.bootstrap}",
         f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",
         f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of "
         f"{MODEL_ERROR:.0%} beside the DEM's:",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from cases import case, command_line
+from cases import case, command_line, cost, files, results
 from compare.report import collapse
 from compare.commands.run import find_case
 from cases.stages import Stage, run_stages
@@ -57,20 +57,50 @@ def run(options) -> int:
     if not path.exists():
         if given.suffix == ".h5":
             raise CaseError(f"{given}: no such file")
-        path = solve(options)
-        out = options.out or path.parent
-    elif options.overrides:
+        return alone(options)
+    if options.overrides:
         raise CaseError(f"{path}: --set has no effect on a run that is there give a case instead")
-    else:
-        out = options.out or path.parent / "collapse"
+    if options.table:
+        files.check_table(options.table)
+    out = options.out or path.parent / "collapse"
+    # In the folder of a run it lies among what that folder's owner moves.
+    ours = ["figures" if options.out else "collapse/figures"]
+    with results.prepared(options.out or path.parent, ours) as work:
+        statements = show(path, work if options.out else work / "collapse", options)
+    say(statements, out)
+    return 0
+
+
+def alone(options) -> int:
+    """Runs the continuum of a case, and shows it."""
+    scene = case.load(find_case(options.run_or_case), options.overrides)
+    out = options.out or Path("runs") / "collapse" / name_of(scene.path)
+    if options.table:
+        files.check_table(options.table)
+    with results.owned(out, cost.continuum(scene).disk) as folder, folder.prepare(
+        ["figures"]
+    ) as work:
+        path = solve(scene, options, work)
+        with folder.rescued(work, "not-shown"):
+            statements = show(path, work, options)
+    say(statements, out)
+    return 0
+
+
+def show(path: Path, folder: Path, options) -> dict:
+    """Makes page, figures and statements of a run in a folder."""
 
     def tell(fraction: float, text: str) -> None:
         if not options.quiet:
             print(f"{100 * fraction:3.0f} % {text}", file=sys.stderr, flush=True)
 
-    statements = collapse.make(path, out, tell)
+    statements = collapse.make(path, folder, tell)
     if options.table:
         keep(statements, path, options.table)
+    return statements
+
+
+def say(statements: dict, out: Path):
     for name, s in statements.items():
         figure = "-" if s["figure"] is None else f"{s['figure']:.4g}"
         print(f"{s['verdict']:<14} {name:<34} {figure:>9} {s['unit']:<36} {s['bound']}")
@@ -79,14 +109,10 @@ def run(options) -> int:
         "the energy released"
     )
     print(out / "collapse.html")
-    return 0
 
 
-def solve(options) -> Path:
+def solve(scene: case.Case, options, out: Path) -> Path:
     """mpm.h5 of a case, in the results' folder."""
-    scene = case.load(find_case(options.run_or_case), options.overrides)
-    out = options.out or Path("runs") / "collapse" / name_of(scene.path)
-    out.mkdir(parents=True, exist_ok=True)
     sets = [word for assignment in options.overrides for word in ("--set", assignment)]
     words = [
         program("mpm_run"),

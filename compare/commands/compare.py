@@ -3,18 +3,18 @@
 Each RUN is a folder that holds mpm.h5 and dem.h5; further files mpm*.h5 and dem*.h5 in it (other
 seeds, other point jitter) make it an ensemble, whose scatter the verdicts use. With --dump the
 grains of one folder are read from plain LIGGGHTS or LAMMPS dumps instead, of a scene that --case
-describes.
+describes. New results take the place of the old ones once all are complete.
 """
 
 import sys
 from pathlib import Path
 
-from cases import case
+from cases import case, files, results
 from cases.errors import CaseError
 from compare.mapping import dumps
 from compare.mapping.runs import open_run
 from compare.report import report
-from compare.verdict import comparison, conclusion, controls, verdict_table
+from compare.verdict import comparison, conclusion, controls, siblings, verdict_table
 
 WIDTHS = (0.25, 0.35, 0.5, 0.6, 0.75, 0.9, 1.0, 1.25, 1.5, 2.0)
 
@@ -40,6 +40,12 @@ def arguments(parser):
         "other column",
     )
     parser.add_argument(
+        "--siblings",
+        action="store_true",
+        help="also run the two cheap runs that tell the continuum's numerical error, where a "
+        "folder lacks them",
+    )
+    parser.add_argument(
         "--table", type=Path, metavar="FILE", help="also keep the verdicts as CSV; with one RUN"
     )
     parser.add_argument(
@@ -49,43 +55,30 @@ def arguments(parser):
     parser.add_argument(
         "--time-step", type=float, metavar="S", help="time step of the dumped run [s]"
     )
+    parser.add_argument(
+        "--replace",
+        action="store_true",
+        help="with --dump: also replace a dem.h5 that is the result of a run",
+    )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
     conclusion.require_argument(parser)
 
 
 def run(options) -> int:
     names = conclusion.required(options.require)
-    if options.dump:
-        if len(options.runs) != 1 or not options.case or not options.time_step:
-            raise CaseError("grainpair compare: --dump needs one RUN, --case and --time-step")
-        options.runs[0].mkdir(parents=True, exist_ok=True)
-        dumps.convert(
-            options.dump, case.load(options.case), options.time_step, options.runs[0] / "dem.h5"
-        )
+    if options.dump and (len(options.runs) != 1 or not options.case or not options.time_step):
+        raise CaseError("grainpair compare: --dump needs one RUN, --case and --time-step")
     if options.table and len(options.runs) != 1:
         raise CaseError("grainpair compare: --table needs one RUN")
-    mapping = [
-        word
-        for key in ("width", "kernel", "spacing")
-        if (value := getattr(options, key))
-        for word in (f"--{key}", str(value))
-    ]
+    if options.table:
+        files.check_table(options.table)
+    scene = case.load(options.case) if options.dump else None
     code = 0
     for folder in options.runs:
-        if options.controls:
-            mpm, dem = (open_run(files[0]) for files in comparison.run_files(folder))
-            controls.make(folder, mpm, dem, options.quiet)
-
-        def say(fraction: float, text: str, name: Path = folder) -> None:
-            if not options.quiet:
-                print(f"{name}: {100 * fraction:.0f} % {text}", flush=True)
-
-        metrics = report.compare(folder, mapping, say, WIDTHS if options.width_study else ())
-        if options.table:
-            runs = [open_run(path) for files in comparison.run_files(folder) for path in files]
-            verdict_table.write(
-                metrics, runs, options.table, " ".join(["./grainpair", *sys.argv[1:]])
-            )
+        if not folder.is_dir():
+            raise CaseError(f"{folder}: no folder of a run. Make one with: grainpair run")
+        with results.owned(folder) as owned:
+            metrics = renew(owned, options, scene)
         for line in conclusion.lines(metrics):
             print(f"{folder}: {line}" if line.startswith("verdict:") else line)
         for line in conclusion.not_met(metrics, names):
@@ -93,3 +86,60 @@ def run(options) -> int:
         print(folder / "report.html")
         code = code or conclusion.exit_code(metrics, names)
     return code
+
+
+def renew(folder: results.Folder, options, scene: case.Case | None) -> dict:
+    """Makes what a comparison makes, and puts it into the folder when all of it is there."""
+    mapping = [
+        word
+        for key in ("width", "kernel", "spacing")
+        if (value := getattr(options, key))
+        for word in (f"--{key}", str(value))
+    ]
+    if not scene:
+        with folder.prepare(borrow=report.INPUTS) as work:  # stay, whatever the comparison comes to
+            make_missing(work, options)
+    if scene:
+        refuse_to_lose(folder.out / "dem.h5", options.replace)
+
+    def say(fraction: float, text: str) -> None:
+        if not options.quiet:
+            print(f"{folder.out}: {100 * fraction:.0f} % {text}", flush=True)
+
+    with folder.prepare(report.OUTPUTS, report.INPUTS) as work:
+        if scene:
+            (work / "dem.h5").unlink(missing_ok=True)  # a link to the one that is there
+            dumps.convert(options.dump, scene, options.time_step, work / "dem.h5")
+        runs = [open_run(path) for engine in comparison.run_files(work) for path in engine]
+        comparison.refuse_unpaired(runs)
+        if scene:
+            make_missing(work, options)
+        metrics = report.compare(work, mapping, say, WIDTHS if options.width_study else ())
+        if options.table:
+            words = " ".join(["./grainpair", *sys.argv[1:]])
+            verdict_table.write(metrics, runs, options.table, words)
+    return metrics
+
+
+def refuse_to_lose(file: Path, replace: bool):
+    """Raises CaseError where dumps would take the place of grains that were run."""
+    if replace or not file.exists():
+        return
+    try:
+        made_by = open_run(file).attributes.get("engine_version", "an unknown engine")
+    except CaseError:
+        made_by = "a program that is not known"
+    if made_by != dumps.MADE_BY:
+        raise CaseError(
+            f"{file}: is there, and not made of dumps but by {made_by} (it would be lost) give "
+            "another folder, or --replace"
+        )
+
+
+def make_missing(work: Path, options):
+    """Runs the controls and siblings that are asked for and that the folder lacks."""
+    mpm, dem = comparison.run_files(work)
+    if options.controls:
+        controls.make(work, open_run(mpm[0]), open_run(dem[0]), options.quiet)
+    if options.siblings:
+        siblings.make(work, open_run(mpm[0]), dem[0], options.quiet)

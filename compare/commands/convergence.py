@@ -6,11 +6,9 @@ and convergence.png.
 """
 
 import sys
-from pathlib import Path
 
 from cases import case, provenance
 from cases.files import write_table
-from cases.programs import name_of
 from compare.commands.run import find_case
 from compare.study import convergence, recipe, sweep
 
@@ -29,20 +27,19 @@ def run(options) -> int:
 
     scene = case.load(find_case(options.case))
     settings = convergence.plan(recipe.study(scene, "convergence"))
-    tasks = [one.as_json() for setting in settings for one in setting["recipes"]]
-    made = iter(sweep.run_tasks(scene, tasks, options, "compare.study.figures"))
-    found = [[next(made) for _ in setting["recipes"]] for setting in settings]
-    table = convergence.table(settings, found)
+    with sweep.prepared(scene, options, "convergence", "convergence.png") as out:
+        tasks = [one.as_json() for setting in settings for one in setting["recipes"]]
+        made = iter(sweep.run_tasks(scene, tasks, options, "compare.study.figures"))
+        found = [[next(made) for _ in setting["recipes"]] for setting in settings]
+        table = convergence.table(settings, found)
 
-    out = options.out or Path("runs") / "studies" / name_of(scene.path) / "convergence"
-    head = provenance.head(
-        provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
-        "figures: compare/study/figures.py; change: of the mean, relative to the group's base, "
-        "with the half-width of its 90 % interval",
-    )
-    write_table(out / "convergence.csv", head, table)
-    chart.draw(table, out / "convergence")
-    judged = table[table["verdict"].notna()].drop(columns=["settings", "runs"])
-    print(judged.to_string(index=False, float_format=lambda x: f"{x:.3g}"))
-    print(out / "convergence.png")
+        head = provenance.head(
+            provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
+            "figures: compare/study/figures.py; change: of the mean, relative to the group's base, "
+            "with the half-width of its 90 % interval",
+        )
+        write_table(out / "convergence.csv", head, table)
+        chart.draw(table, out / "convergence")
+        judged = table[table["verdict"].notna()].drop(columns=["settings", "runs"])
+        print(judged.to_string(index=False, float_format=lambda x: f"{x:.3g}"))
     return 0

@@ -16,7 +16,8 @@ import pandas as pd
 from cases import case, command_line, provenance
 from compare.commands.run import find_case
 from cases.stages import Stage, run_stages
-from cases.files import write_table
+from cases.errors import CaseError
+from cases.files import check_table, write_table
 from cases.programs import program
 from compare.mapping.runs import open_run
 from compare.study.figures import JITTER, figures
@@ -56,6 +57,8 @@ def arguments(parser):
 
 def run(options) -> int:
     scene = case.load(find_case(options.case), options.overrides)
+    if options.table:
+        check_rows(options.table)
     sets = [*options.overrides, f"geometry.thickness={scene['mpm.cell_size']!r}"]
     # The step's limit falls as 1/√(dimensions) where stiffness sets it; there the scaled fraction
     # gives the slab the steps of plane strain.
@@ -107,6 +110,13 @@ def run(options) -> int:
         keep(table, options.table)
         print(options.table)
     return 0
+
+
+def check_rows(path: Path):
+    """Raises CaseError where the rows cannot be kept beside those that are there."""
+    check_table(path)
+    if path.exists() and "settings" not in pd.read_csv(path, comment="#"):
+        raise CaseError(f"{path}: is the table of another command give another name")
 
 
 def keep(table: pd.DataFrame, path: Path):

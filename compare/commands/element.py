@@ -8,7 +8,7 @@ the errors are tabulated with a verdict.
 import json
 from pathlib import Path
 
-from cases import command_line, workflow
+from cases import command_line, results, workflow
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically, write_table
 from cases.programs import ROOT, own
@@ -69,6 +69,19 @@ def run(options) -> int:
             models[name] = Model(card, case.grains)
         else:
             models[name] = PointModel(card, case.grains, **test.driven(case))
+    folder = case.test + ("_quick" if options.quick else "")
+    out = options.out or ROOT / "runs" / "element" / folder
+    with results.prepared(out) as work:
+        sentences, files = measured_and_drawn(case, test, models, options, work)
+    print("\n".join(sentences))
+    print(*(out / file.name for file in files), sep="\n")
+    return 0
+
+
+def measured_and_drawn(
+    case: Case, test: ComparedTest, models: dict[str, Law], options, out: Path
+) -> tuple[list[str], list[Path]]:
+    """What a test says, and the files that say it, in the folder `out`."""
     rows = (
         campaign.run_point(case, campaign.quick_point(case))
         if options.quick
@@ -79,8 +92,6 @@ def run(options) -> int:
     if not measured:
         raise EngineError(f"{case.path}: no point could be measured ({'; '.join(failed)})")
 
-    folder = case.test + ("_quick" if options.quick else "")
-    out = options.out or own("runs", "element", folder)
     errors = table(test.blocks(measured, every), models)
     sentences = verdicts(errors) + [f"not measured: {reason}" for reason in failed]
     if not options.quick:
@@ -89,9 +100,7 @@ def run(options) -> int:
     write_table(out / "errors.csv", [], errors, "%.5g")
     summary = {"title": case["title"], "verdicts": sentences, "errors": errors}
     write_atomically(out / "errors.json", json.dumps(summary, indent=1))
-    print("\n".join(sentences))
-    print(*files, out / "errors.csv", out / "errors.json", sep="\n")
-    return 0
+    return sentences, [*files, out / "errors.csv", out / "errors.json"]
 
 
 def reference(case: Case, cores: int) -> Rows:

@@ -6,6 +6,7 @@ RUN is a folder that holds mpm.h5 and dem.h5, or one such file. For each file,
 
 from pathlib import Path
 
+from cases import results
 from cases.errors import CaseError
 from compare.report import vtk
 
@@ -32,6 +33,10 @@ def run(options) -> int:
             f"{options.source}: no run to export (neither a folder that holds mpm.h5 or dem.h5, "
             "nor a file). Make one with: ./grainpair run"
         )
-    for file in files:
-        print(vtk.export(file, options.out or file.parent / "vtk"))
+    folder = options.out or files[0].parent
+    place = "" if options.out else "vtk/"
+    ours = [f"{place}{name}" for file in files for name in (file.stem, f"{file.stem}.pvd")]
+    with results.prepared(folder, ours) as work:
+        made = [vtk.export(file, work / place).name for file in files]
+    print(*(folder / place / name for name in made), sep="\n")
     return 0

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from cases import case, provenance
 from cases.files import write_table
-from cases.programs import name_of
 from compare.commands.run import find_case
 from compare.study import frontier, page, recipe, reference, sweep
 from compare.study.distance import WORDS
@@ -55,28 +54,26 @@ def run(options) -> int:
         )
         for name in ("series", "fine")
     )
-    grains = reference.obtain(scene, options)
-    found = sweep.run_recipes(scene, recipes + fine, options)
-    points = frontier.table(found[: len(recipes)], found[len(recipes) :], grains, scene)
-
-    out = options.out or Path("runs") / "studies" / name_of(scene.path) / "frontier"
-    origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
-    head = provenance.head(
-        origin,
-        "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; velocity_relaxation [sqrt(H/g)]; "
-        "young_modulus [Pa]; a row is one run of `command`",
-    )
-    write_table(out / "points.csv", head, points)
-    reference.write(grains, out / "grains.json")
-    names = [options.metric] if options.metric else list(WORDS)
-    page.write(
-        out / "frontier.html",
-        f"Speed against accuracy: {scene['title']}",
-        origin,
-        [one for name in names for one in figures_of(name, points, grains, bool(fine), out)],
-        {"Every point": points[list(COLUMNS)].sort_values("cost")},
-    )
-    print(out / "frontier.html")
+    with sweep.prepared(scene, options, "frontier", "frontier.html") as out:
+        grains = reference.obtain(scene, options)
+        found = sweep.run_recipes(scene, recipes + fine, options)
+        points = frontier.table(found[: len(recipes)], found[len(recipes) :], grains, scene)
+        origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
+        head = provenance.head(
+            origin,
+            "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; velocity_relaxation [sqrt(H/g)]; "
+            "young_modulus [Pa]; a row is one run of `command`",
+        )
+        write_table(out / "points.csv", head, points)
+        reference.write(grains, out / "grains.json")
+        names = [options.metric] if options.metric else list(WORDS)
+        page.write(
+            out / "frontier.html",
+            f"Speed against accuracy: {scene['title']}",
+            origin,
+            [one for name in names for one in figures_of(name, points, grains, bool(fine), out)],
+            {"Every point": points[list(COLUMNS)].sort_values("cost")},
+        )
     return 0
 
 

@@ -6,13 +6,11 @@ ladder.html and a figure.
 """
 
 import sys
-from pathlib import Path
 
 import pandas as pd
 
 from cases import case, provenance
 from cases.files import write_table
-from cases.programs import name_of
 from compare.commands.run import find_case
 from cases.errors import CaseError
 from compare.study import ladder, page, reference, sweep
@@ -56,54 +54,54 @@ def run(options) -> int:
         )
     scene = case.load(find_case(options.case))
     rungs = ladder.rungs(scene)
-    grains = reference.obtain(scene, options)
-    tried, stop = ladder.climb(
-        rungs,
-        lambda recipes: sweep.run_recipes(scene, recipes, options),
-        lambda point: ladder.judge(point, grains, options.metric, options.tolerance, scene),
-    )
-
-    out = options.out or Path("runs") / "studies" / name_of(scene.path) / "ladder"
-    origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
-    table = pd.DataFrame(
-        [
-            {
-                "rung": one["rung"],
-                "verdict": one["word"],
-                "enough": i == stop,
-                "error": one["verdict"].difference if one["verdict"] else float("nan"),
-                "half_width": one["verdict"].half_width if one["verdict"] else float("nan"),
-                "cost": cost(one["point"]) if one["verdict"] else float("nan"),
-                "message": one["point"].get("message", ""),
-                "command": one["recipe"].command(scene.path.parent),
-            }
-            for i, one in enumerate(tried)
-        ]
-    )
-    words = ladder.paragraph(tried, stop, rungs, grains, WORDS[options.metric], options.tolerance)
-    write_table(
-        out / "ladder.csv",
-        provenance.head(
-            origin,
-            f"error in the {WORDS[options.metric]} with the half-width of its 90 % interval [-]; "
-            f"cost [s per sqrt(H/g)]; tolerance {options.tolerance:g}. {words}",
-        ),
-        table,
-    )
-    reference.write(grains, out / "grains.json")
-    svg = chart.draw(tried, stop, WORDS[options.metric], options.tolerance, out / "ladder")
-    page.write(
-        out / "ladder.html",
-        f"The least model that does: {scene['title']}",
-        origin,
-        [("Rungs tried", [words], svg)],
-        {"Rungs": table},
-    )
-    print(
-        table.drop(columns=["message", "command"]).to_string(
-            index=False, float_format=lambda x: f"{x:.3g}"
+    with sweep.prepared(scene, options, "ladder", "ladder.html") as out:
+        grains = reference.obtain(scene, options)
+        tried, stop = ladder.climb(
+            rungs,
+            lambda recipes: sweep.run_recipes(scene, recipes, options),
+            lambda point: ladder.judge(point, grains, options.metric, options.tolerance, scene),
         )
-    )
-    print(words)
-    print(out / "ladder.html")
+        origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
+        table = pd.DataFrame(
+            [
+                {
+                    "rung": one["rung"],
+                    "verdict": one["word"],
+                    "enough": i == stop,
+                    "error": one["verdict"].difference if one["verdict"] else float("nan"),
+                    "half_width": one["verdict"].half_width if one["verdict"] else float("nan"),
+                    "cost": cost(one["point"]) if one["verdict"] else float("nan"),
+                    "message": one["point"].get("message", ""),
+                    "command": one["recipe"].command(scene.path.parent),
+                }
+                for i, one in enumerate(tried)
+            ]
+        )
+        words = ladder.paragraph(
+            tried, stop, rungs, grains, WORDS[options.metric], options.tolerance
+        )
+        write_table(
+            out / "ladder.csv",
+            provenance.head(
+                origin,
+                f"error in the {WORDS[options.metric]} with the half-width of its 90 % interval "
+                f"[-]; cost [s per sqrt(H/g)]; tolerance {options.tolerance:g}. {words}",
+            ),
+            table,
+        )
+        reference.write(grains, out / "grains.json")
+        svg = chart.draw(tried, stop, WORDS[options.metric], options.tolerance, out / "ladder")
+        page.write(
+            out / "ladder.html",
+            f"The least model that does: {scene['title']}",
+            origin,
+            [("Rungs tried", [words], svg)],
+            {"Rungs": table},
+        )
+        print(
+            table.drop(columns=["message", "command"]).to_string(
+                index=False, float_format=lambda x: f"{x:.3g}"
+            )
+        )
+        print(words)
     return 0

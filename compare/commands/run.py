@@ -1,7 +1,8 @@
 """Run a case with both engines, compare them, write the report.
 
 The results stand in one folder (--out, by default runs/<case>): mpm.h5, dem.h5, fields.h5,
-metrics.json, report.html, figures/.
+metrics.json, report.html, figures/, siblings/. They take the place of an earlier run's, and of its
+controls/ and vtk/, once all of them are complete; other files in the folder stay.
 """
 
 import difflib
@@ -9,18 +10,19 @@ import json
 import os
 import shutil
 import sys
-import tempfile
 from pathlib import Path
 
-from cases import case, command_line
-from cases.stages import Stage, run_stages
+from cases import case, command_line, results
+from cases.stages import Stage, run_chains, run_stages
 from cases.errors import CaseError
 from cases.programs import ROOT, module, name_of, program
-from compare.verdict import conclusion
+from compare.cost import estimate, refuse_more_than_there_is, table, tell_if_long
+from compare.verdict import conclusion, siblings
 from dem_reference.content import ensemble_folder
 
-# What an earlier run may have left in the folder.
+# What an earlier run may have left in the folder, and what was made of it there.
 OURS = ["mpm.h5", "dem.h5", "dem_[0-9]*.h5", "fields.h5", "metrics.json", "report.html", "figures"]
+OURS += ["siblings", "controls", "vtk", "collapse"]
 VERDICT = {
     "run_out_95": "run-out, 95 % of the mass",
     "centre_of_mass_x": "centre of mass, along x",
@@ -67,6 +69,14 @@ def arguments(parser):
         "--threads", type=command_line.threads, default=1, help="of the continuum (%(default)s)"
     )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
+    parser.add_argument(
+        "--no-siblings",
+        action="store_true",
+        help="leave out the two cheap runs that tell the continuum's numerical error",
+    )
+    parser.add_argument(
+        "--dry-run", action="store_true", help="only show what the run would take of the machine"
+    )
     conclusion.require_argument(parser)
 
 
@@ -118,55 +128,48 @@ def run(options) -> int:
             "the radius have no common grid with those over x) run either engine itself: mpm_run, "
             "python3 -m dem_reference.run"
         )
+    takes = estimate(scene, options.seeds)
+    if options.dry_run:
+        print(table(takes))
+        return 0
+    refuse_more_than_there_is(scene, takes)
     out = options.out or Path("runs") / name_of(scene.path)
-    out.parent.mkdir(parents=True, exist_ok=True)
     common = [
         scene.path,
         *(word for assignment in options.overrides for word in ("--set", assignment)),
     ]
-    # Both engines or neither: their results move into the folder when both have ended well.
-    with tempfile.TemporaryDirectory(prefix=f".{out.name}-", dir=out.parent) as folder:
-        scratch = Path(folder)
+    with results.owned(out, takes.disk) as folder, folder.prepare(OURS) as scratch:
+        tell_if_long(scene, takes)
         grain_stage, grain_results = grains(scene, options, common, scratch)
-        continuum = Stage(
-            "continuum (MPM)",
-            [
-                program("mpm_run"),
-                *common,
-                "--seed",
-                options.seed,
-                "--progress",
-                "--threads",
-                options.threads,
-                "-o",
-                scratch / "mpm.h5",
-            ],
-        )
         packed = scene["initial.state"] == "packing"  # the continuum starts from the first packing
-        if packed:
-            continuum.command.extend(["--packing", grain_results[0]])
-        run_stages(
-            [grain_stage, continuum], together=cores() > 1 and not packed, quiet=options.quiet
-        )
+        common += ["--packing", grain_results[0]] if packed else []
+        engines(scene, options, common, grain_stage, scratch)
         for number, result in enumerate(grain_results, start=1):
             if result.parent != scratch:
                 shutil.copy(result, scratch / ("dem.h5" if number == 1 else f"dem_{number}.h5"))
-        out.mkdir(exist_ok=True)
-        for pattern in OURS:
-            for stale in out.glob(pattern):
-                shutil.rmtree(stale) if stale.is_dir() else stale.unlink()
-        for result in scratch.iterdir():
-            os.replace(result, out / result.name)
-    run_stages(
-        [Stage("comparison", module("compare.report", out, "--progress"))],
-        quiet=options.quiet,
-    )
+        with folder.rescued(scratch, "not-compared"):
+            compared = Stage("comparison", module("compare.report", scratch, "--progress"))
+            run_stages([compared], quiet=options.quiet)
     metrics = json.loads((out / "metrics.json").read_text())
     print("\n".join([verdict(metrics), *conclusion.lines(metrics)]))
     for line in conclusion.not_met(metrics, names):
         print(line, file=sys.stderr)
     print(out / "report.html")
     return conclusion.exit_code(metrics, names)
+
+
+def engines(scene: case.Case, options, common: list, grain_stage: Stage, scratch: Path):
+    """Runs the grains, the continuum and its siblings into the scratch folder: the grains beside
+    the rest where there is a core for them and the rest does not start from them.
+    """
+    words = [*common, "--seed", options.seed, "--threads", options.threads]
+    told = [program("mpm_run"), *words, "--progress", "-o", scratch / "mpm.h5"]
+    continuum = [Stage("continuum (MPM)", told)]
+    if not options.no_siblings:
+        continuum += siblings.stages(scene, words, scratch)
+    beside = cores() > 1 and scene["initial.state"] != "packing"
+    chains = [[grain_stage], continuum] if beside else [[grain_stage, *continuum]]
+    siblings.note(scratch, run_chains(chains, quiet=options.quiet))
 
 
 def uncertain(entry: dict, key: str) -> str:

@@ -22,6 +22,7 @@ from compare.mapping.runs import GLUED
 
 NEEDED = ("id", "x", "y", "z", "vx", "vy", "vz")
 SPIN = ("omegax", "omegay", "omegaz")
+MADE_BY = "dumps"  # the engine's version, as a run file of theirs says it
 HELD = ("kinetic", "rotational", "potential")
 
 
@@ -132,7 +133,7 @@ def attributes(scene: Case) -> dict:
         "software": "grainpair",
         "schema_version": 1,
         "engine": "dem",
-        "engine_version": "dumps",
+        "engine_version": MADE_BY,
         "commit": "",
         "seed": -1,
         "case": scene.text,

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "cases/command_line.hpp"
+#include "cases/draft.hpp"
 #include "compare/mapping/run_file.hpp"
 
 namespace {
@@ -160,17 +161,15 @@ void map(const Options& o) {
     if (!names.insert(fs::path(path).stem().string()).second)
       throw std::runtime_error(path + ": two runs of one name (fields are kept by file name)");
   }
-  const std::string temporary = o.output + ".part";
-  try {
-    H5File out = H5File::create(temporary);
+  Draft draft(o.output);
+  {
+    H5File out = H5File::create(draft.name());
     if (o.dimension == 1) map_all<1>(runs, o, out);
     if (o.dimension == 2) map_all<2>(runs, o, out);
     if (o.dimension == 3) map_all<3>(runs, o, out);
-  } catch (...) {
-    fs::remove(temporary);
-    throw;
+    out.close();
   }
-  fs::rename(temporary, o.output);
+  draft.finish();
 }
 
 }  // namespace
@@ -209,6 +208,9 @@ int main(int argc, char** argv) {
   if (o.threads > 0) omp_set_num_threads(o.threads);
   try {
     map(o);
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "{}: out of memory raise the spacing\n", o.output);
+    return 3;
   } catch (const std::exception& e) {
     fmt::print(stderr, "{}\n", e.what());
     return 2;

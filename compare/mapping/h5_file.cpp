@@ -28,7 +28,7 @@ H5File::H5File(std::string path, Handle file) : path_(std::move(path)), file_(st
 H5File H5File::open(const std::string& path) { return {path, hdf5::open_file(path)}; }
 
 H5File H5File::create(const std::string& path) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  hdf5::begin();
   return {path, own(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose,
                     path + ": cannot be written")};
 }

@@ -36,6 +36,8 @@ class H5File {
   void write_frame(const std::string& dataset, hsize_t frame, std::span<const double> values);
   void set(const std::string& object, const std::string& attribute, const std::string& text);
   void set(const std::string& object, const std::string& attribute, double number);
+  /// Throws where what was written does not reach the disk.
+  void close() { file_.finish(); }
 
  private:
   H5File(std::string path, hdf5::Handle file);

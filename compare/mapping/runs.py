@@ -10,7 +10,7 @@ import numpy as np
 
 from cases.case import Case, parse
 from cases.errors import CaseError
-from cases.results import opened
+from cases.reading import opened
 
 GLUED = 3  # record `kind` of a grain that belongs to the wall
 POINT_STATE = (

@@ -9,21 +9,25 @@ import io
 import json
 import shutil
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import jinja2
 import matplotlib.pyplot as plt
 
-from compare.verdict import comparison, conclusion, controls
+from compare.verdict import comparison, conclusion, controls, siblings
 from cases.style import STYLE
 from compare.report.charts import all_charts
+from cases import results
 from cases.command_line import Parser
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically
+from cases.scratch import scratch
 from compare.report.width_study import study
 
+# What a comparison writes into the folder of a run, and what it reads there.
+OUTPUTS = ["fields.h5", "metrics.json", "figures", "report.html"]
+INPUTS = ["mpm*.h5", "dem*.h5", "controls/*.h5", "siblings/*"]
 HEADLINES = {
     "run_out_95": "Run-out, 95 % of the mass",
     "centre_of_mass_x": "Centre of mass, along x",
@@ -80,13 +84,12 @@ def draw_all(charts, subject, folder: Path, tell) -> list[Figure]:
     drawn, text).
     """
     figures = []
-    with tempfile.TemporaryDirectory(prefix=".figures-", dir=folder.parent) as scratch:
+    with scratch(folder.parent, folder.name) as work:
         for i, chart in enumerate(charts):
             tell(i / len(charts), f"figure: {chart.title.lower()}")
-            figures.append(draw(chart, subject, Path(scratch)))
+            figures.append(draw(chart, subject, work))
         shutil.rmtree(folder, ignore_errors=True)
-        shutil.copytree(scratch, folder)
-        folder.chmod(folder.parent.stat().st_mode & 0o777)  # a scratch folder is its owner's alone
+        work.rename(folder)
     return [f for f in figures if f]
 
 
@@ -154,7 +157,8 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
     """
     mpm, dem = comparison.run_files(folder)
     tell(0.0, "mapping both clouds onto one grid")
-    comparison.map_fields([*mpm, *dem, *controls.files(folder)], folder / "fields.h5", *options)
+    beside = [*controls.files(folder), *siblings.files(folder)]
+    comparison.map_fields([*mpm, *dem, *beside], folder / "fields.h5", *options)
     tell(0.3, "metrics")
     c = comparison.load(folder)
     judged = controls.judge_all(c, folder)
@@ -184,7 +188,10 @@ def main(words: list[str]) -> int:
         else (lambda fraction, text: None)
     )
     try:
-        compare(options.folder, tell=tell)
+        if not options.folder.is_dir():
+            raise CaseError(f"{options.folder}: no folder of a run")
+        with results.owned(options.folder) as owned, owned.prepare(OUTPUTS, INPUTS) as work:
+            compare(work, tell=tell)
     except CaseError as error:
         print(error, file=sys.stderr)
         return 2

@@ -1,7 +1,6 @@
 """Frames of a run as .vtu files and the .pvd that lists them with their times, for ParaView."""
 
 import shutil
-import tempfile
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -10,7 +9,8 @@ import meshio
 import numpy as np
 
 from cases.errors import CaseError
-from cases.results import opened
+from cases.reading import opened
+from cases.scratch import scratch
 
 OMITTED = {"position", "positionOffset"}  # the first are the points, the second is zero
 
@@ -23,8 +23,8 @@ def export(run: Path, folder: Path) -> Path:
     file. Nothing is left of a failed export.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".vtk-", dir=folder) as scratch:
-        frames = Path(scratch) / run.stem
+    with scratch(folder, run.stem) as work:
+        frames = work / run.stem
         frames.mkdir()
         listing = ElementTree.Element("VTKFile", type="Collection", version="0.1")
         collection = ElementTree.SubElement(listing, "Collection")
@@ -45,11 +45,11 @@ def export(run: Path, folder: Path) -> Path:
                 f"{run}: not a run file ({error}). Give mpm.h5 or dem.h5 of a run"
             ) from error
         ElementTree.ElementTree(listing).write(
-            Path(scratch) / "all.pvd", xml_declaration=True, encoding="utf-8"
+            work / "all.pvd", xml_declaration=True, encoding="utf-8"
         )
         shutil.rmtree(folder / run.stem, ignore_errors=True)
         frames.rename(folder / run.stem)
-        return (Path(scratch) / "all.pvd").rename(folder / f"{run.stem}.pvd")
+        return (work / "all.pvd").rename(folder / f"{run.stem}.pvd")
 
 
 def mesh(cloud: h5py.Group) -> meshio.Mesh:

@@ -28,7 +28,8 @@ def make(scene: Path, task: dict) -> dict:
     """Figures of the continuum by metric: of the run, of the fine run, and the bar."""
     recipe = Recipe.of(task["recipe"])
     sets = siblings.overrides(load(scene, recipe.sets))
-    asked: dict[str, list[str]] = {"main": [], "fine": [f"mpm.cell_size={task['fine']!r}"]} | sets
+    fine_cells = [f"mpm.cell_size={task['fine']!r}"]
+    asked: dict[str, list[str]] = sets | {"main": [], "fine": fine_cells}
     with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
         files = {name: Path(folder) / f"{name}.h5" for name in asked}
         for name, more in asked.items():

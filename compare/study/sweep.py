@@ -3,10 +3,12 @@ a cluster.
 """
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from cases import case, command_line, workflow
-from cases.programs import kept, short
+from cases import case, command_line, results, workflow
+from cases.programs import kept, name_of, short
 from compare.study import keys
 from compare.study.recipe import Recipe
 
@@ -26,6 +28,17 @@ def arguments(parser):
         metavar="DIR",
         help="folder of tables and figures (runs/studies/<case>/<study>)",
     )
+
+
+@contextmanager
+def prepared(scene: case.Case, options, study: str, page: str) -> Iterator[Path]:
+    """Where the tables and figures of a study are made; they take their place in its folder when
+    all are there, and the file `page` among them is named to the user.
+    """
+    out = options.out or Path("runs") / "studies" / name_of(scene.path) / study
+    with results.prepared(out) as work:
+        yield work
+    print(out / page)
 
 
 def sweep(

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from compare.verdict import equivalence as verdict
+from compare.verdict import siblings
 from cases.errors import CaseError, EngineError
 from compare.metrics import Metric, all_metrics
 from cases.programs import call, program
@@ -26,6 +27,7 @@ class Comparison:
     width_study: object = None  # a WidthStudy of compare.report, when one was asked for
     # what a metric may be off by for the continuum's numerics, by name, in the metric's unit
     numerical_uncertainty: dict[str, float] = field(default_factory=dict)
+    no_siblings: str = ""  # why that is not known, where it was tried
     packings: Packings | None = None  # the stored scatter, for a single packing
 
     @property
@@ -103,6 +105,9 @@ def load(folder: Path) -> Comparison:
         run.mapped = open_fields(folder / "fields.h5", run.name)
     c = pair(mpm, dem)
     c.packings = of_run(dem[0]) if len(dem) == 1 else None
+    if found := siblings.load(folder):
+        c.numerical_uncertainty = siblings.uncertainty(mpm[0], dem[0], found)
+    c.no_siblings = siblings.failure(folder)
     return c
 
 

@@ -10,13 +10,15 @@ is the larger of the two; it is a bound to go by, no confidence interval, and co
 the grains scatter by nor what the law has wrong.
 """
 
+import tempfile
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
 
 from cases.case import Case
+from cases.files import write_atomically
 from cases.programs import program
-from cases.stages import Stage
+from cases.stages import Stage, run_chains
 from compare.mapping.runs import Run, open_fields, open_run
 from compare.metrics import Metric, all_metrics
 
@@ -76,6 +78,33 @@ def stages(case: Case, words: list, folder: Path) -> list[Stage]:
         )
         for name, sets in overrides(case).items()
     ]
+
+
+def make(folder: Path, mpm: Run, dem: Path, quiet: bool = False):
+    """Runs the siblings of `mpm` that a folder lacks; `dem` holds the packing, if it began from
+    one.
+    """
+    if files(folder):
+        return
+    with tempfile.TemporaryDirectory() as scratch:
+        scene = Path(scratch) / "mpm.toml"
+        scene.write_text(mpm.case.resolved)
+        words = [scene, "--seed", mpm.attributes["seed"]]
+        words += ["--packing", dem] if mpm.case["initial.state"] == "packing" else []
+        note(folder, run_chains([stages(mpm.case, words, folder)], quiet=quiet))
+
+
+def note(folder: Path, failed: dict[str, str]):
+    """Keeps in the folder what siblings said that failed, by their stages' names."""
+    if failed:
+        lines = [f"{name}: {line}\n" for name, line in failed.items()]
+        write_atomically(folder / "siblings" / "failed.txt", "".join(lines))
+
+
+def failure(folder: Path) -> str:
+    """Why a folder has no siblings, where they were tried; else ""."""
+    said = folder / "siblings" / "failed.txt"
+    return "; ".join(said.read_text().splitlines()) if said.exists() else ""
 
 
 def load(folder: Path) -> Siblings | None:

@@ -81,10 +81,8 @@ std::string host() {
 
 }  // namespace
 
-Output::Output(std::filesystem::path path, const Case& scene, const Provenance& provenance)
-    : path_(std::move(path)),
-      part_(path_.string() + ".part"),
-      file_(std::make_unique<hdf5::Handle>(hdf5::create_file(part_.string()))) {
+Output::Output(Draft& draft, const Case& scene, const Provenance& provenance)
+    : draft_(draft), file_(std::make_unique<hdf5::Handle>(hdf5::create_file(draft.name()))) {
   const auto write = [&](const char* name, const auto& value) {
     hdf5::write_attribute(*file_, name, value);
   };
@@ -109,11 +107,6 @@ Output::Output(std::filesystem::path path, const Case& scene, const Provenance& 
   write("command", provenance.command);
   write("threads", provenance.threads);
   write("time_scale", time_scale(scene));
-}
-
-Output::~Output() {
-  std::error_code ignored;
-  std::filesystem::remove(part_, ignored);
 }
 
 void Output::frame(const Simulation& simulation, long step, double dt) {
@@ -220,8 +213,8 @@ void Output::finish(const std::string& end_reason, double cpu_seconds, double wa
     column("limit", "-", "what limits the step: 1 elastic, 2 critical state, 3 viscous",
            [](const Row& row) { return static_cast<double>(row.limit); });
   }
-  file_.reset();
-  std::filesystem::rename(part_, path_);
+  file_->finish();
+  draft_.finish();
 }
 
 }  // namespace grainpair

@@ -2,10 +2,10 @@
 // The schema of the continuum's result file is written here, once.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 
 #include "cases/case.hpp"
+#include "cases/draft.hpp"
 #include "cases/hdf5.hpp"
 #include "mpm/step/simulation.hpp"
 
@@ -20,9 +20,8 @@ struct Provenance {
 
 class Output {
  public:
-  /// Starts `path`.part; nothing appears at `path` before finish().
-  Output(std::filesystem::path path, const Case& scene, const Provenance& provenance);
-  ~Output();  // an unfinished file is removed
+  /// Nothing appears at the draft's path before finish().
+  Output(Draft& draft, const Case& scene, const Provenance& provenance);
 
   void frame(const Simulation& simulation, long step, double dt);
   void energies(const Simulation& simulation, const TimeStep& step);
@@ -36,7 +35,7 @@ class Output {
     EnergyLedger ledger;
     int limit;
   };
-  std::filesystem::path path_, part_;
+  Draft& draft_;
   std::unique_ptr<hdf5::Handle> file_;
   std::vector<Row> rows_;
 };

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
+#include "cases/draft.hpp"
 #include "cases/hdf5.hpp"
 #include "mpm/materials/hyperelastic.hpp"
 #include "mpm/points/body.hpp"
@@ -204,9 +204,9 @@ PointHistory drive(const PointPath& path) {
 }
 
 void write(const PointHistory& history, const PointPath& path, const std::string& file) {
-  const std::string draft = file + ".part";
+  Draft draft(file);
   if (file.ends_with(".csv")) {
-    std::ofstream out(draft);
+    std::ofstream out(draft.name());
     for (const auto& column : history.columns)
       out << (&column == &history.columns.front() ? "" : ",") << column.name;
     out << '\n';
@@ -219,7 +219,7 @@ void write(const PointHistory& history, const PointPath& path, const std::string
     out.close();
     if (!out) throw CaseError(fmt::format("{}: cannot write", file));
   } else {
-    const hdf5::Handle out = hdf5::create_file(draft);
+    hdf5::Handle out = hdf5::create_file(draft.name());
     hdf5::write_attribute(out, "schema_version", 1);
     hdf5::write_attribute(out, "software", std::string("grainpair"));
     hdf5::write_attribute(out, "path", path.text);
@@ -232,8 +232,9 @@ void write(const PointHistory& history, const PointPath& path, const std::string
       hdf5::write_attribute(dataset, "unit", column.unit);
       hdf5::write_attribute(dataset, "doc", column.doc);
     }
+    out.finish();
   }
-  std::filesystem::rename(draft, file);
+  draft.finish();
 }
 
 }  // namespace grainpair

@@ -26,6 +26,9 @@ int main(int argc, char** argv) {
   } catch (const grainpair::CaseError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 2;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "{}: out of memory ask for fewer steps\n", path);
+    return 3;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: {}\n", path, error.what());
     return 3;

@@ -8,6 +8,7 @@
 
 #include "cases/command_line.hpp"
 #include "mpm/output/output.hpp"
+#include "mpm/step/cost.hpp"
 #include "mpm/step/simulation.hpp"
 #include "mpm/step/watch.hpp"
 
@@ -54,11 +55,21 @@ struct Clock {
   }
 };
 
+void print(const Cost& cost) {
+  fmt::print(
+      "{{\"points\": {}, \"nodes\": {}, \"bytes\": {:.0f}, \"time_step\": {:.17g}, "
+      "\"steps\": {:.0f}, \"frames\": {:.0f}, \"seconds\": {:.4g}, \"disk\": {:.0f}}}\n",
+      cost.points, cost.nodes, cost.bytes, cost.time_step, cost.steps, cost.frames, cost.seconds,
+      cost.disk);
+}
+
 void run(const Case& scene, const Start& start, const std::string& path,
          const Provenance& provenance, Progress progress) {
+  refuse_more_than_there_is(estimate(scene), scene);
+  Draft draft(path);
   const auto wall_start = std::chrono::steady_clock::now();
   const auto simulation = make_simulation(scene, start);
-  Output output(path, scene, provenance);
+  Output output(draft, scene, provenance);
 
   const double tau = time_scale(scene), end = scene.number("time.maximum") * tau;
   const double rest = scene.number("time.rest_kinetic_energy");
@@ -116,7 +127,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> overrides;
   unsigned seed = 1;
   int threads = 1;
-  bool show_progress = false, quiet = false;
+  bool show_progress = false, quiet = false, only_estimate = false;
   line.option("case", path, "case file, or the folder of its case.toml")
       .required()
       .option("-o,--out", out, "result file")
@@ -127,7 +138,10 @@ int main(int argc, char** argv) {
       .option("--threads", threads, "threads")
       .threads()
       .flag("--progress", show_progress, "progress lines on standard output")
-      .flag("--quiet", quiet, "no summary at the end");
+      .flag("--quiet", quiet, "no summary at the end")
+      .flag("--estimate", only_estimate,
+            "print what the run would take as JSON, and run nothing: memory and disk in bytes, "
+            "processor seconds");
   if (const auto done = line.parse(argc, argv)) return *done;
   omp_set_num_threads(threads);
   std::string command;
@@ -136,12 +150,20 @@ int main(int argc, char** argv) {
     command += argv[i];
   }
   try {
+    if (only_estimate) {
+      print(estimate(Case::load(path, overrides)));
+      return 0;
+    }
     Start start{seed};
     if (!packing.empty()) start.packing.emplace(packing);
     run(Case::load(path, overrides), start, out, {command, seed, threads}, Progress(show_progress));
   } catch (const CaseError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 2;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "{}: out of memory choose larger cells, or fewer mpm.points_per_cell\n",
+               path);
+    return 3;
   } catch (const std::exception& error) {
     fmt::print(stderr, "{}: {}\n", path, error.what());
     return 3;

@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "cases/rates.hpp"
 #include "mpm/step/solver.hpp"
 
 namespace grainpair {
@@ -64,27 +65,42 @@ SolverSetup<dim> setup_of(const Case& scene, const Numerics& numerics) {
   return setup;
 }
 
-/// Points on a regular lattice in the column [0, L] x [0, H] (x [0, W]), and the K0 stress under
-/// their own weight: sigma_yy = rho_s g (H - y)/(1 + e0), sigma_xx = sigma_zz = K0 sigma_yy; or
-/// from a settled packing. Whole numbers of points fill the column exactly, as near to the asked
+/// Where the points stand at the start.
+struct Lattice {
+  std::array<int, 3> count{1, 1, 1};
+  std::array<double, 3> pitch;  // [m]
+
+  std::size_t points() const {
+    return static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) *
+           static_cast<std::size_t>(count[2]);
+  }
+};
+
+/// Whole numbers of points fill the column [0, L] x [0, H] (x [0, W]) exactly, as near to the asked
 /// density as that allows.
 template <int dim>
-Points<dim> points_of(const Case& scene, const Numerics& numerics, const Start& start,
+Lattice lattice_of(const Case& scene, const Numerics& numerics) {
+  const double spacing = numerics.h / static_cast<double>(scene.integer("mpm.points_per_cell"));
+  Lattice out;
+  out.pitch = {scene.number("geometry.length"), scene.number("geometry.height"),
+               scene.number("geometry.thickness")};
+  for (std::size_t d = 0; d < dim; ++d) {
+    out.count[d] = std::max(1, static_cast<int>(std::lround(out.pitch[d] / spacing)));
+    out.pitch[d] /= out.count[d];
+  }
+  return out;
+}
+
+/// Points on the lattice, and the K0 stress under their own weight: sigma_yy = rho_s g (H - y)/(1 +
+/// e0), sigma_xx = sigma_zz = K0 sigma_yy; or from a settled packing.
+template <int dim>
+Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& start,
                       bool axisymmetric, std::vector<InitialState>& initial) {
   const double H = scene.number("geometry.height"), g = scene.number("geometry.gravity");
   const double rho_s = scene.number("grains.density"), e0 = scene.number("initial.void_ratio");
-  const double spacing = numerics.h / static_cast<double>(scene.integer("mpm.points_per_cell"));
-  const std::array<double, 3> size{scene.number("geometry.length"), H,
-                                   scene.number("geometry.thickness")};
-  std::array<int, 3> count{1, 1, 1};
-  std::array<double, 3> pitch = size;
-  for (std::size_t d = 0; d < dim; ++d) {
-    count[d] = std::max(1, static_cast<int>(std::lround(size[d] / spacing)));
-    pitch[d] = size[d] / count[d];
-  }
+  const auto& [count, pitch] = lattice;
   Points<dim> points;
-  const auto n = static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) *
-                 static_cast<std::size_t>(count[2]);
+  const auto n = lattice.points();
   points.resize(n);
   initial.resize(n);
   std::mt19937_64 random(start.seed);
@@ -126,19 +142,52 @@ std::unique_ptr<TransferKernel<dim>> kernel_of(const Case& scene, const SolverSe
   return make(setup.cells, setup.numerics.h, setup.point_size);
 }
 
-}  // namespace
-
 template <int dim>
-std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics,
-                                        const Start& start) {
-  const auto setup = setup_of<dim>(scene, numerics);
+std::unique_ptr<Simulation> column(const Case& scene, const SolverSetup<dim>& setup,
+                                   const Lattice& lattice, const Start& start) {
   std::vector<InitialState> initial;
-  auto points = points_of<dim>(scene, numerics, start, setup.axisymmetric, initial);
+  auto points = points_of<dim>(scene, lattice, start, setup.axisymmetric, initial);
   return std::make_unique<Solver<dim>>(setup, kernel_of<dim>(scene, setup), std::move(points),
                                        material_registry().at(scene.word("material.law"))(scene),
                                        initial);
 }
 
+}  // namespace
+
+template <int dim>
+std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics,
+                                        const Start& start) {
+  return column<dim>(scene, setup_of<dim>(scene, numerics), lattice_of<dim>(scene, numerics),
+                     start);
+}
+
+template <int dim>
+Cost cost_of_column(const Case& scene, const Numerics& numerics) {
+  const auto setup = setup_of<dim>(scene, numerics);
+  const Lattice lattice = lattice_of<dim>(scene, numerics);
+  Cost out;
+  out.points = lattice.points();
+  const auto kernel = kernel_of<dim>(scene, setup);
+  out.nodes = 1;
+  for (const GridAxis& axis : kernel->axes()) out.nodes *= static_cast<std::size_t>(axis.nodes);
+  const auto per_node = sizeof(Node<dim>) + (kernel->single ? sizeof(FloatNode<dim>) : 0);
+  out.bytes =
+      measured("continuum.bytes") +
+      measured(dim == 2 ? "continuum.bytes_per_point.plane" : "continuum.bytes_per_point.space") *
+          static_cast<double>(out.points) +
+      static_cast<double>(per_node * out.nodes);
+  // The column's foot alone, whose points bear all that stands on them and so are the stiffest.
+  constexpr int high = 16, wide = 8;
+  auto foot = setup;
+  for (int d = 0; d < dim; ++d) foot.cells[d] = std::min(setup.cells[d], d == 1 ? high : wide);
+  Lattice line = lattice;
+  line.count = {1, std::min(lattice.count[1], high / 2), 1};
+  out.time_step = column<dim>(scene, foot, line, {})->stable_step().dt;
+  return out;
+}
+
+template Cost cost_of_column<2>(const Case&, const Numerics&);
+template Cost cost_of_column<3>(const Case&, const Numerics&);
 template std::unique_ptr<Simulation> make_column<2>(const Case&, const Numerics&, const Start&);
 template std::unique_ptr<Simulation> make_column<3>(const Case&, const Numerics&, const Start&);
 

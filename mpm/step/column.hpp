@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "mpm/step/cost.hpp"
 #include "mpm/step/simulation.hpp"
 
 namespace grainpair {
@@ -11,5 +12,9 @@ namespace grainpair {
 template <int dim>
 std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics,
                                         const Start& start);
+
+/// Points, nodes, memory and first step; of steps and seconds nothing (cost.hpp).
+template <int dim>
+Cost cost_of_column(const Case& scene, const Numerics& numerics);
 
 }  // namespace grainpair

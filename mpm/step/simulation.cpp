@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "cases/memory.hpp"
+#include "cases/rates.hpp"
 #include "mpm/step/column.hpp"
 
 namespace grainpair {
@@ -83,6 +85,40 @@ std::unique_ptr<Simulation> make_simulation(const Case& scene, const Start& star
   const std::string& kinematics = scene.word("geometry.dimension");
   if (kinematics == "three_dimensional") return make_column<3>(scene, numerics, start);
   return make_column<2>(scene, numerics, start);
+}
+
+/// Steps land on the frames. They are bounded by what the stress at the start allows, shortened as
+/// the law's flow is known to do, and by the speed of the fall.
+Cost estimate(const Case& scene) {
+  const Numerics numerics = numerics_of(scene);
+  const bool space = scene.word("geometry.dimension") == "three_dimensional";
+  const std::string& law = scene.word("material.law");
+  Cost out = space ? cost_of_column<3>(scene, numerics) : cost_of_column<2>(scene, numerics);
+  const double fall = std::sqrt(scene.number("geometry.gravity") * scene.number("geometry.height"));
+  const double step =
+      std::min(out.time_step * measured("continuum.shortening." + law), 0.2 * numerics.h / fall);
+  const double interval = scene.number("time.frame_interval"), tau = time_scale(scene);
+  const double whole = std::floor(scene.number("time.maximum") / interval + 1e-9);
+  const double rest = scene.number("time.maximum") - whole * interval;
+  out.frames = whole + 1.0;
+  out.steps =
+      whole * std::ceil(interval * tau / step) + std::ceil(std::max(0.0, rest * tau / step - 1e-9));
+  const auto points = static_cast<double>(out.points);
+  out.disk = measured("continuum.disk_per_point") * out.frames * points;
+  const double update = 1e-9 * measured("continuum.point_step." + law) *
+                        (space ? measured("continuum.space_over_plane") : 1.0);
+  out.seconds = out.steps * (measured("continuum.seconds_per_step") + update * points);
+  return out;
+}
+
+void refuse_more_than_there_is(const Cost& cost, const Case& scene) {
+  const double there = static_cast<double>(available_memory());
+  if (cost.bytes <= there) return;
+  throw CaseError(fmt::format(
+      "{}: mpm.cell_size = {:g} m takes about {:.3g} GB of memory, for {:.3g} points and {:.3g} "
+      "nodes (there are {:.3g} GB) choose larger cells, or fewer mpm.points_per_cell",
+      scene.path(), scene.number("mpm.cell_size"), 1e-9 * cost.bytes,
+      static_cast<double>(cost.points), static_cast<double>(cost.nodes), 1e-9 * there));
 }
 
 }  // namespace grainpair
