@@ -86,7 +86,8 @@ void frame(benchmark::State& state, double points) {
   const auto path =
       std::filesystem::temp_directory_path() / fmt::format("grainpair_{}.h5", getpid());
   state.counters["points"] = static_cast<double>(simulation->size());
-  Output output(path, column, {});
+  Draft draft(path.string());
+  Output output(draft, column, {});
   long count = 0;
   for (auto _ : state) output.frame(*simulation, count++, 1.0);
 }
