@@ -51,6 +51,8 @@ class Bars:
 
     def update(self, name: str, fraction: float, text: str):
         bar = self.bars[name]
+        if not bar.n:
+            bar.start_t = time.time()  # stages may wait for others
         bar.set_postfix_str(text, refresh=False)
         bar.update(fraction - bar.n)
 
@@ -63,16 +65,16 @@ class Lines:
     """One line per stage and tenth of its way; for logs."""
 
     def __init__(self, stages: list[Stage]):
-        self.start = time.monotonic()
         self.said = {stage.name: -1 for stage in stages}
+        self.start: dict[str, float] = {}  # of each stage
 
     def update(self, name: str, fraction: float, text: str):
-        tenth = int(10 * fraction + 1e-9)
+        tenth, now = int(10 * fraction + 1e-9), time.monotonic()
+        elapsed = now - self.start.setdefault(name, now)
         if tenth <= self.said[name]:
             return
         self.said[name] = tenth
-        elapsed = time.monotonic() - self.start
-        left = f", {elapsed * (1 / fraction - 1):.0f} s left" if 0 < fraction < 1 else ""
+        left = f", {elapsed * (1 / fraction - 1):.0f} s left" if 0.01 < fraction < 1 else ""
         print(
             f"{name}: {100 * fraction:.0f} % after {elapsed:.0f} s{left}: {text}",
             file=sys.stderr,

@@ -6,18 +6,31 @@ from dataclasses import dataclass
 from cases import cost
 from cases.case import Case
 from cases.cost import Cost
+from compare.verdict.siblings import COARSER
 from dem_reference import cost as grains_cost
 from dem_reference.packing import dict_of
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Of one continuum and `seeds` runs of the grains."""
+    """Of one continuum, its siblings or none, and `seeds` runs of the grains."""
 
     mpm: Cost
     dem: Cost
     fields: float  # disk [bytes]
     seeds: int = 1
+    siblings: bool = True
+
+    @property
+    def continuum(self) -> tuple[float, float]:
+        """Seconds of a processor and bytes of disk, siblings included: each has 1/1.6 of the steps
+        and 1/1.6^2 of the points.
+        """
+        count = 2 if self.siblings else 0
+        return (
+            self.mpm.seconds * (1.0 + count / COARSER**3),
+            self.mpm.disk * (1.0 + count / COARSER**2),
+        )
 
     @property
     def bytes(self) -> float:
@@ -27,25 +40,27 @@ class Estimate:
     @property
     def seconds(self) -> float:
         """Of processors."""
-        return self.mpm.seconds + self.seeds * self.dem.seconds + comparison()["seconds"]
+        return self.continuum[0] + self.seeds * self.dem.seconds + comparison()["seconds"]
 
     @property
     def disk(self) -> float:
         """[bytes]"""
-        return self.mpm.disk + self.seeds * self.dem.disk + self.fields + comparison()["disk"]
+        return self.continuum[1] + self.seeds * self.dem.disk + self.fields + comparison()["disk"]
 
 
 def comparison() -> dict:
     return cost.rates()["comparison"]
 
 
-def estimate(case: Case, seeds: int = 1) -> Estimate:
+def estimate(case: Case, seeds: int = 1, siblings: bool = True) -> Estimate:
     """Raises CaseError where an engine refuses the case."""
     geometry, side = case["geometry"], case["compare.spacing"] * case["grains.diameter"]
     cells = geometry["floor_length"] * geometry["height"] / side**2
     frames = case["time.maximum"] / case["time.frame_interval"] + 1.0
-    fields = comparison()["disk_per_cell"] * (1 + seeds) * cells * frames
-    return Estimate(cost.continuum(case), grains_cost.estimate(dict_of(case)), fields, seeds)
+    mapped = 1 + seeds + (2 if siblings else 0)
+    fields = comparison()["disk_per_cell"] * mapped * cells * frames
+    grains = grains_cost.estimate(dict_of(case))
+    return Estimate(cost.continuum(case), grains, fields, seeds, siblings)
 
 
 def refuse_more_than_there_is(case: Case, of: Estimate):
@@ -82,6 +97,11 @@ def table(of: Estimate) -> str:
             f"{one.steps:>10.3g}{cost.duration(times * one.seconds):>12}"
             f"{size(times * one.disk):>10}"
         )
+    if of.siblings:
+        seconds, disk = (
+            both - own for both, own in zip(of.continuum, (of.mpm.seconds, of.mpm.disk))
+        )
+        rows.insert(2, f"{'its siblings':<72}{cost.duration(seconds):>12}{size(disk):>10}")
     total = cost.duration(of.seconds)
     rows.append(f"{'with comparison':<62}{total:>22}{size(of.disk):>10}")
     return "\n".join(rows)

@@ -1,10 +1,16 @@
 """What the continuum's solver states about itself, measured on the smallest column."""
 
+import tempfile
+from pathlib import Path
+
 import h5py
 import numpy as np
 
-from cases.programs import own
+from cases.programs import ROOT, own, program
+from cases.stages import Stage, run_stages
 from compare.commands.claims import metrics
+
+SCENES = ("column", "column_ci", "column_shallow", "column_small", "column_tall", "cylinder")
 
 
 def ledger_drift() -> float:
@@ -17,3 +23,18 @@ def ledger_drift() -> float:
         for name in ("kinetic", "potential", "elastic", "fluctuation", "dissipated", "unaccounted")
     )
     return float(np.ptp(total) / (energy["potential"][0] - energy["potential"][-1]))
+
+
+def worst_loss() -> float:
+    """The largest numerical loss of the shipped scenes, over the energy each releases. [-]"""
+    losses = []
+    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+        for name in SCENES:
+            result = Path(folder) / f"{name}.h5"
+            run_stages(
+                [Stage(name, [program("mpm_run"), ROOT / "cases" / name, "-o", result])], quiet=True
+            )
+            with h5py.File(result) as file:
+                potential, lost = (file["energy"][key][()] for key in ("potential", "unaccounted"))
+            losses.append(abs(lost[-1]) / (potential[0] - potential[-1]))
+    return float(max(losses))

@@ -99,5 +99,10 @@ def test_much_output_blocks_nobody():
 def test_plain_lines_say_the_time_left(monkeypatch, capsys):
     clock = iter([0.0, 10.0])
     monkeypatch.setattr(engines.time, "monotonic", lambda: next(clock))
-    engines.Lines([shell("")]).update("stage", 0.25, "settling")
-    assert capsys.readouterr().err == "stage: 25 % after 10 s, 30 s left: settling\n"
+    lines = engines.Lines([shell("")])
+    lines.update("stage", 0.0, "pouring")  # a stage's time begins with its first word
+    lines.update("stage", 0.25, "settling")
+    assert capsys.readouterr().err.splitlines() == [
+        "stage: 0 % after 0 s: pouring",
+        "stage: 25 % after 10 s, 30 s left: settling",
+    ]

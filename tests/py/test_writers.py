@@ -24,7 +24,7 @@ from compare.commands import accuracy, calibrate, dimension
 from dem_reference import process, splits
 
 COLUMN = str(ROOT / "cases" / "column_ci")
-FIELDS = CASE.format(height=0.04, length=0.04, thickness=0.008, void_ratio=0.7)
+FIELDS = CASE.format(height=0.04, length=0.04, thickness=0.008, void_ratio=0.7, floor_length=1.0)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
