@@ -91,7 +91,7 @@ def table(of: Estimate) -> str:
     """A few lines for a reader."""
     rows = [f"{'':<16}{'what':<36}{'memory':>10}{'steps':>10}{'processor':>12}{'disk':>10}"]
     for name, one, times in (("continuum", of.mpm, 1), ("grains", of.dem, of.seeds)):
-        counts = ", ".join(f"{count:.3g} {what}" for what, count in one.counts.items())
+        counts = ", ".join(f"{count:,.0f} {what}" for what, count in one.counts.items())
         rows.append(
             f"{name + (f' × {times}' if times > 1 else ''):<16}{counts:<36}{size(one.bytes):>10}"
             f"{one.steps:>10.3g}{cost.duration(times * one.seconds):>12}"

@@ -106,41 +106,45 @@ def refuse(case: dict) -> None:
             )
 
 
-def main(words: list[str] | None = None) -> int:
-    parser = command_line.Parser(prog="dem_reference.run", description=__doc__.split("\n")[0])
-    parser.add_argument("case", metavar="CASE", help="case file, or a folder that holds case.toml")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="result file (HDF5)")
-    parser.add_argument(
+def parser() -> command_line.Parser:
+    out = command_line.Parser(prog="dem_reference.run", description=__doc__.split("\n")[0])
+    out.add_argument("case", metavar="CASE", help="case file, or a folder that holds case.toml")
+    out.add_argument("-o", "--output", type=Path, required=True, help="result file (HDF5)")
+    out.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="override a key of the case"
     )
-    parser.add_argument(
+    out.add_argument(
         "--seed",
         type=command_line.seed,
         default=1,
         help="of base, packing and all random numbers (default 1)",
     )
-    parser.add_argument(
+    out.add_argument(
         "--packings",
         type=Path,
         help="folder that keeps settled packings for reuse",
     )
-    parser.add_argument(
+    out.add_argument(
         "--driver",
         choices=["library", "script"],
         default="library",
         help="drive LIGGGHTS as a library, which splits the dissipation, or by a plain script",
     )
-    parser.add_argument(
+    out.add_argument(
         "--ranks",
         type=command_line.threads,
         default=1,
         help="MPI ranks of the collapse; more than one takes the script",
     )
-    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
-    parser.add_argument(
+    out.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    out.add_argument(
         "--progress", action="store_true", help="print `progress <fraction> <text>` lines"
     )
-    options = parser.parse_args(words)
+    return out
+
+
+def main(words: list[str] | None = None) -> int:
+    options = parser().parse_args(words)
     command = " ".join(
         ["python3 -m dem_reference.run", *(sys.argv[1:] if words is None else words)]
     )

@@ -54,7 +54,8 @@ def test_the_continuums_estimate_is_what_the_smallest_column_takes(tmp_path):
         points = len(file["data/0/particles/cloud/id"])
         steps, seconds = file.attrs["steps"], file.attrs["cpu_seconds"]
     assert told.counts["points"] == points
-    assert within(told.steps, steps, 1.3) and within(told.bytes, peak, 2)
+    assert within(told.steps, steps, 1.5)  # the skeleton softens as the column spreads
+    assert within(told.bytes, peak, 2)
     assert within(told.seconds, seconds, 3)
     assert within(told.disk, (tmp_path / "mpm.h5").stat().st_size, 2)
 
@@ -128,7 +129,7 @@ def no_engine(*_, **__):
 
 @pytest.mark.parametrize("words, key", [(HUGE, "mpm.cell_size"), (FINE, "grains.diameter")])
 def test_a_run_refuses_what_the_machine_cannot_give(tmp_path, monkeypatch, capsys, words, key):
-    monkeypatch.setattr(run_command, "run_stages", no_engine)
+    monkeypatch.setattr(run_command, "run_chains", no_engine)
     assert cli.main(["run", CASE, *words, "--out", str(tmp_path / "out")]) == 2
     line = capsys.readouterr().err
     assert key in line and "GB of memory" in line and line.count("\n") == 1
@@ -139,22 +140,27 @@ def test_hours_are_said_before_they_go_by(tmp_path, monkeypatch, capsys):
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(run_command, "run_stages", stop)
+    monkeypatch.setattr(run_command, "run_chains", stop)
     words = ["run", CASE, "--out", str(tmp_path / "out")]
     assert cli.main(words) == 130
     assert capsys.readouterr().err == "grainpair: interrupted\n"
-    assert cli.main([*words, "--set", "mpm.cell_size=1e-4"]) == 130
+    assert cli.main([*words, "--set", "mpm.cell_size=5e-5"]) == 130
     line, _ = capsys.readouterr().err.splitlines()
     assert " takes about " in line and " min of processor time" in line
 
 
 def test_a_dry_run_shows_the_estimate_and_makes_nothing(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(run_command, "run_stages", no_engine)
+    monkeypatch.setattr(run_command, "run_chains", no_engine)
     assert cli.main(["run", CASE, "--dry-run", "--seeds", "3"]) == 0
-    head, continuum, grains, total = capsys.readouterr().out.splitlines()
+    head, continuum, siblings, grains, total = capsys.readouterr().out.splitlines()
     assert head.split() == ["what", "memory", "steps", "processor", "disk"]
-    assert "400 points" in continuum and "grains × 3" in grains and "comparison" in total
+    assert (
+        "1,600 points" in continuum
+        and "siblings" in siblings
+        and "grains × 3" in grains
+        and "comparison" in total
+    )
     assert not list(tmp_path.iterdir())
 
 

@@ -42,7 +42,7 @@ def test_a_killed_engine_is_named_with_its_signal():
 
 
 def test_a_missing_engine_is_named():
-    with pytest.raises(EngineError, match="^/no/such/engine: cannot be started"):
+    with pytest.raises(EngineError, match="^/no/such/engine: no such program"):
         run_stages([Stage("stage", ["/no/such/engine"])], quiet=True)
 
 

@@ -48,7 +48,18 @@ def good(tmp_path_factory):
     """A pair without a fault: (folder, comparison)."""
     folder = write_pair(tmp_path_factory.mktemp("good"), mpm={"frames": 6}, dem={"frames": 6})
     comparison.map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
-    return folder, comparison.load(folder)
+    c = comparison.load(folder)
+    c.numerical_uncertainty = {"run_out_95": 0.0}
+    return folder, c
+
+
+def test_a_continuum_whose_numerical_error_is_unknown_is_noted(good):
+    c = replace(good[1], numerical_uncertainty={})
+    findings.all_checks()
+    found = one(findings.REGISTRY["no_error_bar"](c, {}))
+    assert found.severity == "note" and "numerics is unknown" in found.sentence
+    found = one(findings.REGISTRY["no_error_bar"](replace(c, no_siblings="too fast"), {}))
+    assert found.severity == "caution" and "(too fast)" in found.sentence
 
 
 def test_a_good_pair_has_no_finding(good):
@@ -268,7 +279,10 @@ def test_a_law_of_losses_makes_energies_undecidable_and_the_verdict_follows(tmp_
 
 def test_numerical_uncertainty_is_shown_and_weighed(good):
     c = replace(good[1], numerical_uncertainty={"run_out_95": 1.0, "wasserstein_x": 0.5})
-    plain, wide = comparison.evaluate(good[1]), comparison.evaluate(c)
+    plain, wide = (
+        comparison.evaluate(replace(c, numerical_uncertainty=by))
+        for by in ({}, c.numerical_uncertainty)
+    )
     assert plain["run_out_95"]["verdict"] == "within margin"
     for name, by in c.numerical_uncertainty.items():
         assert "numerical_uncertainty" not in plain[name]

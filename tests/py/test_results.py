@@ -1,5 +1,6 @@
 """A folder of results has one owner, and an earlier result stands until the new one is complete."""
 
+import json
 import os
 import shutil
 import signal
@@ -55,7 +56,7 @@ def hold():
 def listing(folder: Path) -> dict[str, str]:
     """Every file below a folder, hidden ones too, with its text."""
     return {
-        str(path.relative_to(folder)): path.read_text() if path.is_file() else ""
+        str(path.relative_to(folder)): path.read_text(errors="replace") if path.is_file() else ""
         for path in folder.rglob("*")
     }
 
@@ -290,19 +291,20 @@ def test_no_room_is_refused_before_an_engine_starts(tmp_path, monkeypatch, capsy
     assert not list(tmp_path.iterdir())
 
 
-class Engines:
-    """In place of run_stages: engines that write their files, and a comparison that ends so."""
+def replace_engines(monkeypatch, comparison):
+    """Engines that write their files, and a comparison that ends so."""
 
-    def __init__(self, comparison):
-        self.comparison = comparison
+    def engines(chains, **_):
+        for stage in (stage for chain in chains for stage in chain):
+            Path(stage.command[stage.command.index("-o") + 1]).write_text(stage.name)
+        return {}
 
-    def __call__(self, stages, **_):
-        for stage in stages:
-            if stage.name == "comparison":
-                self.comparison(stage.command[3])
-            else:
-                words = stage.command
-                Path(words[words.index("-o") + 1]).write_text(stage.name)
+    def compare(stages, **_):
+        (stage,) = stages
+        comparison(stage.command[stage.command.index("--progress") - 1])
+
+    monkeypatch.setattr(run_command, "run_chains", engines)
+    monkeypatch.setattr(run_command, "run_stages", compare)
 
 
 def test_a_comparison_that_fails_loses_neither_the_old_report_nor_the_new_runs(
@@ -313,8 +315,8 @@ def test_a_comparison_that_fails_loses_neither_the_old_report_nor_the_new_runs(
     def fail(folder):
         raise EngineError("grain_map: failed")
 
-    monkeypatch.setattr(run_command, "run_stages", Engines(fail))
-    assert cli.main(["run", "column_ci", "--quiet", "--out", str(out)]) == 3
+    replace_engines(monkeypatch, fail)
+    assert cli.main(["run", "column_ci", "--quiet", "--no-siblings", "--out", str(out)]) == 3
     line = capsys.readouterr().err
     assert line.startswith("grain_map: failed; the engines' results are in ")
     assert listing(out) == {"report.html": "old"}
@@ -325,12 +327,17 @@ def test_a_name_that_begins_with_a_dash_is_a_name(tmp_path, monkeypatch, capsys)
     def compare(folder):
         assert Path(folder).is_absolute()
         entry = {"mpm": 1.0, "dem": 1.0, "relative_difference": 0.0, "unit": "-"}
-        numbers = ", ".join(f'"{name}": {entry}' for name in run_command.VERDICT)
-        (Path(folder) / "metrics.json").write_text(f"{{{numbers}}}".replace("'", '"'))
+        metrics = {name: entry for name in run_command.VERDICT} | {
+            "verdict": {"value": "agree", "valid": True, "scatter": "none"},
+            "findings": {"list": []},
+        }
+        (Path(folder) / "metrics.json").write_text(json.dumps(metrics))
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(run_command, "run_stages", Engines(compare))
-    assert cli.main(["run", "column_ci", "--quiet", "--out=-dash"]) == 0, capsys.readouterr().err
+    replace_engines(monkeypatch, compare)
+    assert (
+        cli.main(["run", "column_ci", "--quiet", "--no-siblings", "--out=-dash"]) == 0
+    ), capsys.readouterr().err
     assert set(listing(tmp_path / "-dash")) == {"mpm.h5", "dem.h5", "metrics.json"}
 
 
