@@ -9,6 +9,8 @@ import numpy as np
 from cases.programs import ROOT, own, program
 from cases.stages import Stage, run_stages
 from compare.commands.claims import metrics
+from compare.mapping.runs import open_run
+from compare.metrics.centre_of_mass_x import centre_of_mass_x
 
 SCENES = ("column", "column_ci", "column_shallow", "column_small", "column_tall", "cylinder")
 
@@ -25,16 +27,37 @@ def ledger_drift() -> float:
     return float(np.ptp(total) / (energy["potential"][0] - energy["potential"][-1]))
 
 
+def column(folder: str, name: str, *sets: str) -> Path:
+    """The result of a scene, with assignments."""
+    result = Path(folder) / f"{len(list(Path(folder).iterdir()))}.h5"
+    words = [word for assignment in sets for word in ("--set", assignment)]
+    command = [program("mpm_run"), ROOT / "cases" / name, *words, "-o", result]
+    run_stages([Stage(name, command)], quiet=True)
+    return result
+
+
+def refinement_drift() -> float:
+    """Centre of mass of the smallest column with Drucker-Prager on 40 cells in the height, over
+    that on 10, less one. [-]
+    """
+    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+        coarse, fine = (
+            centre_of_mass_x(
+                open_run(
+                    column(folder, "column_ci", "material.law=drucker_prager", f"mpm.cell_size={h}")
+                )
+            )
+            for h in (0.002, 0.0005)
+        )
+    return abs(fine / coarse - 1.0)
+
+
 def worst_loss() -> float:
     """The largest numerical loss of the shipped scenes, over the energy each releases. [-]"""
     losses = []
     with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
         for name in SCENES:
-            result = Path(folder) / f"{name}.h5"
-            run_stages(
-                [Stage(name, [program("mpm_run"), ROOT / "cases" / name, "-o", result])], quiet=True
-            )
-            with h5py.File(result) as file:
+            with h5py.File(column(folder, name)) as file:
                 potential, lost = (file["energy"][key][()] for key in ("potential", "unaccounted"))
             losses.append(abs(lost[-1]) / (potential[0] - potential[-1]))
     return float(max(losses))

@@ -146,7 +146,7 @@ def test_hours_are_said_before_they_go_by(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().err == "grainpair: interrupted\n"
     assert cli.main([*words, "--set", "mpm.cell_size=5e-5"]) == 130
     line, _ = capsys.readouterr().err.splitlines()
-    assert " takes about " in line and " min of processor time" in line
+    assert " takes about " in line and " h of processor time" in line
 
 
 def test_a_dry_run_shows_the_estimate_and_makes_nothing(tmp_path, monkeypatch, capsys):
