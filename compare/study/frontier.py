@@ -95,9 +95,8 @@ def bars(point: dict, scene: Case) -> dict[str, float]:
     found = point.get("siblings", {})
     if not found or any(one["status"] != "ok" for one in found.values()):
         return {}
-    from_coarse = errors(point, found["coarse"], scene)
-    of_times = errors(found["coarse"], found["slow"], scene)
-    return {name: siblings.bar(from_coarse[name], of_times[name]) for name in from_coarse}
+    coarse, slow = (errors(point, found[name], scene) for name in ("coarse", "slow"))
+    return {name: siblings.bar(coarse[name], slow[name]) for name in coarse}
 
 
 def value_of(point: dict, key: str, scene: Case):
