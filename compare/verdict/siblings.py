@@ -6,9 +6,9 @@
 The bar is twice the distance to the farther of the two. Errors that fall with the cells' power p
 are 1/(1.6^p - 1) of the distance to the coarse run: 5/3 at first order, two at p = 0.86, since not
 every figure is at first order yet on the cells that are used. The slow run is as coarse, and tells
-what the relaxation times do; and two siblings seldom both come near the run by chance. It is a bound
-to go by, no confidence interval, and counts neither what the grains scatter by nor what the law has
-wrong.
+what the relaxation times do; and two siblings seldom both come near the run by chance. It is a
+bound to go by, no confidence interval, and counts neither what the grains scatter by nor what the
+law has wrong.
 """
 
 import tempfile
