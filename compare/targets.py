@@ -42,7 +42,7 @@ def targets(words: list[str]) -> list[str]:
 
 def sources(root: Path = ROOT) -> str:
     """Digest of all that CMake and the compiler read of this clone."""
-    files = [root / "CMakeLists.txt", root / "CMakePresets.json"]
+    files = [root / name for name in ("CMakeLists.txt", "CMakePresets.json", "cases/rates.toml")]
     for folder in ("cases", "mpm", "compare/mapping", "tests"):
         files += [file for file in (root / folder).rglob("*") if file.suffix in COMPILED]
         files += (root / folder).glob("*schema.toml")
