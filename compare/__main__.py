@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 from cases.command_line import Parser
-from cases.errors import CaseError, EngineError
+from cases.errors import exit_code
 
 COMMANDS = Path(__file__).parent / "commands"
 
@@ -73,13 +73,7 @@ def main(words: list[str]) -> int:
         return 2
     options = parser.parse_args(words)
     try:
-        return options.run(options)
-    except CaseError as error:
-        print(error, file=sys.stderr)
-        return 2
-    except EngineError as error:
-        print(error, file=sys.stderr)
-        return 3
+        return exit_code(lambda: options.run(options))
     except KeyboardInterrupt:
         print("grainpair: interrupted", file=sys.stderr)
         return 130

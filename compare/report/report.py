@@ -8,7 +8,6 @@ import base64
 import io
 import json
 import shutil
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +19,7 @@ from cases.style import STYLE
 from compare.report.charts import all_charts
 from cases import results
 from cases.command_line import Parser
-from cases.errors import CaseError, EngineError
+from cases.errors import CaseError
 from cases.files import write_atomically
 from cases.scratch import scratch
 from compare.report.width_study import study
@@ -187,15 +186,8 @@ def main(words: list[str]) -> int:
         if options.progress
         else (lambda fraction, text: None)
     )
-    try:
-        if not options.folder.is_dir():
-            raise CaseError(f"{options.folder}: no folder of a run")
-        with results.owned(options.folder) as owned, owned.prepare(OUTPUTS, INPUTS) as work:
-            compare(work, tell=tell)
-    except CaseError as error:
-        print(error, file=sys.stderr)
-        return 2
-    except EngineError as error:
-        print(error, file=sys.stderr)
-        return 3
+    if not options.folder.is_dir():
+        raise CaseError(f"{options.folder}: no folder of a run")
+    with results.owned(options.folder) as owned, owned.prepare(OUTPUTS, INPUTS) as work:
+        compare(work, tell=tell)
     return 0

@@ -19,7 +19,7 @@ from pathlib import Path
 import pandas as pd
 
 from cases.case import Case, load
-from cases.errors import CaseError, EngineError
+from cases.errors import EngineError, exit_code
 from cases.files import write_table
 from cases.programs import program
 from cases.provenance import about, head
@@ -93,15 +93,8 @@ def main(words: list[str]) -> int:
         "--change", type=float, default=0.1, help="of the friction, up and down (%(default)s)"
     )
     options = parser.parse_args(words)
-    try:
-        scene = load(options.case)
-        rows = table(scene, options.change)
-    except CaseError as error:
-        print(error, file=sys.stderr)
-        return 2
-    except EngineError as error:
-        print(error, file=sys.stderr)
-        return 3
+    scene = load(options.case)
+    rows = table(scene, options.change)
     note = f"change: of the continuum, {100 * options.change:g} % of friction; scatter: standard "
     command = " ".join(["python3 -m compare.study.headlines", *words])
     notes = (note + f"deviation of the packings of {TABLE.name}",)
@@ -111,4 +104,4 @@ def main(words: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(exit_code(lambda: main(sys.argv[1:])))

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from cases import workflow
 from cases.case import Case, load
-from cases.errors import CaseError, EngineError
+from cases.errors import exit_code
 from cases.files import write_table
 from cases.provenance import about, head
 from compare.mapping.runs import Run, open_fields, open_run
@@ -92,24 +92,17 @@ def main(words: list[str]) -> int:
         "--signatures", action="store_true", help="of reference/grains.json, without a run"
     )
     options = parser.parse_args(words)
-    try:
-        scene = load(options.case)
-        folder = scene.path.parent
-        if options.signatures:
-            rows = of_signatures(folder / "reference" / "grains.json", scene)
-        else:
-            seeds = range(1, options.seeds + 1)
-            rows = of_runs(ensemble.make(scene, [], seeds, workflow.Where(options.jobs, None)))
-        command = " ".join(["python3 -m compare.study.packings", *words])
-        write(rows, inputs(scene), folder / TABLE, command)
-    except CaseError as error:
-        print(error, file=sys.stderr)
-        return 2
-    except EngineError as error:
-        print(error, file=sys.stderr)
-        return 3
+    scene = load(options.case)
+    folder = scene.path.parent
+    if options.signatures:
+        rows = of_signatures(folder / "reference" / "grains.json", scene)
+    else:
+        seeds = range(1, options.seeds + 1)
+        rows = of_runs(ensemble.make(scene, [], seeds, workflow.Where(options.jobs, None)))
+    command = " ".join(["python3 -m compare.study.packings", *words])
+    write(rows, inputs(scene), folder / TABLE, command)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(exit_code(lambda: main(sys.argv[1:])))
