@@ -120,7 +120,7 @@ def test_strays_scatter_the_outermost_run_out_as_the_docs_say(path):
 
 
 def test_signatures_give_the_rows_that_are_committed():
-    path = ROOT / "cases" / "column_small" / packings.TABLE
+    path = ROOT / "cases" / "column" / packings.TABLE
     kept = pd.read_csv(path, comment="#")
     scene = load(path.parents[1])
     again = pd.DataFrame(of_signatures(path.with_name("grains.json"), scene))

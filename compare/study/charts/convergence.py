@@ -10,8 +10,8 @@ import numpy as np
 from compare.study.charts import STUDY_STYLE, save
 
 EXTENT = {
-    "run_out": ("run-out, 99.5 %", "#1f5fa8"),
-    "run_out_99": ("run-out, 99 %", "#7aa6d6"),
+    "run_out_95": ("run-out, 95 %", "#1f5fa8"),
+    "centre": ("centre of mass", "#7aa6d6"),
     "height": ("height", "#c46a1b"),
 }
 LOSSES = {
