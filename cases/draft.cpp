@@ -59,7 +59,7 @@ Draft::Draft(std::string path) : path_(std::move(path)) {
   std::error_code ignored;
   if (fs::is_directory(target, ignored)) refuse(path_, EISDIR);
   part_ = path_ + ".part";
-  lock_ = (target.parent_path() / ("." + target.filename().string() + ".lock")).string();
+  lock_ = (target.parent_path() / fmt::format(".{}.lock", target.filename().string())).string();
   own();
   fs::remove(part_, ignored);  // of a program that was killed
   const int probe = open(part_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
