@@ -12,7 +12,7 @@ import pandas as pd
 
 from cases import case, command_line, cost, files, results
 from compare.report import collapse
-from compare.commands.run import find_case
+from cases.lookup import find_case
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
 from cases.files import write_table

@@ -9,7 +9,7 @@ import sys
 
 from cases import case, provenance
 from cases.files import write_table
-from compare.commands.run import find_case
+from cases.lookup import find_case
 from compare.study import convergence, recipe, sweep
 
 

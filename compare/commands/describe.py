@@ -7,7 +7,7 @@ their own: --kind.
 
 from cases import case
 from cases.errors import CaseError
-from compare.commands.run import find_case
+from cases.lookup import find_case
 from cases.programs import call, program
 
 TARGETS = ["mpm_case"]

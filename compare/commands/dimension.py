@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from cases import case, command_line, provenance
-from compare.commands.run import find_case
+from cases.lookup import find_case
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
 from cases.files import check_table, write_table

@@ -12,7 +12,7 @@ from cases import command_line, results, workflow
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically, write_table
 from cases.programs import ROOT, own
-from compare.commands.run import find_case
+from cases.lookup import find_case
 from compare.element import campaign, records
 from compare.element.blocks import every
 from compare.element.case import Case

@@ -11,7 +11,7 @@ from pathlib import Path
 from cases import case, provenance
 from cases.files import write_table
 from cases.programs import name_of
-from compare.commands.run import find_case
+from cases.lookup import find_case
 from compare.study import error_bar, recipe, sweep
 
 

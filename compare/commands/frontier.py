@@ -12,7 +12,7 @@ from pathlib import Path
 
 from cases import case, provenance
 from cases.files import write_table
-from compare.commands.run import find_case
+from cases.lookup import find_case
 from compare.study import frontier, page, recipe, reference, sweep
 from compare.study.distance import WORDS
 

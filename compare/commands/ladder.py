@@ -11,7 +11,7 @@ import pandas as pd
 
 from cases import case, provenance
 from cases.files import write_table
-from compare.commands.run import find_case
+from cases.lookup import find_case
 from cases.errors import CaseError
 from compare.study import ladder, page, reference, sweep
 from compare.study.distance import WORDS, cost

@@ -5,7 +5,6 @@ metrics.json, report.html, figures/, siblings/. They take the place of an earlie
 controls/ and vtk/, once all of them are complete; other files in the folder stay.
 """
 
-import difflib
 import json
 import os
 import shutil
@@ -15,7 +14,8 @@ from pathlib import Path
 from cases import case, command_line, results
 from cases.stages import Stage, run_chains, run_stages
 from cases.errors import CaseError
-from cases.programs import ROOT, module, name_of, program
+from cases.lookup import find_case
+from cases.programs import module, name_of, program
 from compare.cost import estimate, refuse_more_than_there_is, table, tell_if_long
 from compare.verdict import conclusion, siblings
 from dem_reference.content import ensemble_folder
@@ -78,22 +78,6 @@ def arguments(parser):
         "--dry-run", action="store_true", help="only show what the run would take of the machine"
     )
     conclusion.require_argument(parser)
-
-
-def find_case(name: str) -> Path:
-    """`name` as a path if there is one, else the folder of that name in cases/.
-
-    Raises CaseError for a word that is neither.
-    """
-    named = ROOT / "cases" / name
-    if os.path.lexists(name) or "/" in name or name.endswith(".toml"):
-        return Path(name)
-    known = sorted(file.parent.name for file in (ROOT / "cases").glob("*/case.toml"))
-    if name not in known:
-        near = difflib.get_close_matches(name, known, 1)
-        hint = f" Did you mean '{near[0]}'?" if near else ""
-        raise CaseError(f"{name}: no such case (known: {', '.join(known)}).{hint}")
-    return Path(os.path.relpath(named)) if named.is_relative_to(Path.cwd()) else named
 
 
 def grains(scene: case.Case, options, common: list, scratch: Path) -> tuple[Stage, list[Path]]:

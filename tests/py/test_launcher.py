@@ -16,7 +16,8 @@ from cases.errors import CaseError
 from cases.programs import ROOT, name_of
 from compare import version
 from compare.commands import test as test_command
-from compare.commands.run import find_case, verdict
+from cases.lookup import find_case
+from compare.commands.run import verdict
 from compare.targets import COMMANDS, targets
 
 LAUNCHER = ROOT / "grainpair"
@@ -79,6 +80,7 @@ def test_missing_packages_are_named_with_the_command_that_installs_them():
             "# needed\nbash\nno-such-package  # for a reason\nnor-such\n"
         )
         user: dict[str, Any] = {"user": "nobody"} if os.getuid() == 0 else {}
+        user["env"] = os.environ | {"GRAINPAIR_BUILD": f"{folder}/build"}
         result = subprocess.run([copy, "run"], capture_output=True, text=True, timeout=60, **user)
     assert result.returncode == 3
     assert result.stderr == (
@@ -163,7 +165,7 @@ def empty_clone(tmp_path):
         (tools / name).write_text(f"#!/bin/sh\necho {name} was called >&2\nexit 9\n")
         (tools / name).chmod(0o755)
     environment = os.environ | {"PATH": f"{tools}:{os.environ['PATH']}"}
-    environment.pop("GRAINPAIR_BUILD", None)
+    environment["GRAINPAIR_BUILD"] = str(clone / "build" / "release")  # not where ours was built
 
     def call(*words):
         return subprocess.run(
