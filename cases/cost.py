@@ -5,7 +5,6 @@ dem_reference/cost.py the grains', compare/cost.py both.
 """
 
 import json
-import subprocess
 import tempfile
 import tomllib
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from pathlib import Path
 from cases import memory
 from cases.case import Case
 from cases.errors import CaseError, EngineError
-from cases.programs import ROOT, program
+from cases.programs import ROOT, call, program
 
 LONG = 3600.0  # [s] that a user is told of beforehand
 
@@ -42,11 +41,7 @@ def continuum(case: Case) -> Cost:
     with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
         file = Path(folder) / "case.toml"
         file.write_text(case.resolved)
-        command = [str(program("mpm_run")), str(file), "--estimate"]
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
-        except FileNotFoundError as missing:
-            raise EngineError(f"{command[0]}: no such program (not built)") from missing
+        done = call([program("mpm_run"), file, "--estimate"])
         if done.returncode:
             line = done.stderr.strip().replace(str(file), str(case.path))
             raise CaseError(line) if done.returncode == 2 else EngineError(line)

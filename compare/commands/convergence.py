@@ -14,11 +14,6 @@ from compare.study import convergence, recipe, sweep
 
 
 def arguments(parser):
-    parser.add_argument(
-        "case",
-        metavar="CASE",
-        help="case file, folder that holds case.toml, or name of a folder in cases/",
-    )
     sweep.arguments(parser)
 
 

@@ -6,21 +6,14 @@ is kept in runs/studies/points. Written to --out: error_bar.csv.
 """
 
 import sys
-from pathlib import Path
 
 from cases import case, provenance
 from cases.files import write_table
-from cases.programs import name_of
 from cases.lookup import find_case
 from compare.study import error_bar, recipe, sweep
 
 
 def arguments(parser):
-    parser.add_argument(
-        "case",
-        metavar="CASE",
-        help="case file, folder that holds case.toml, or name of a folder in cases/",
-    )
     sweep.arguments(parser)
 
 
@@ -32,19 +25,16 @@ def run(options) -> int:
         sets = tuple(recipe.assignment(key, value) for key, value in one.get("set", {}).items())
         asked = recipe.Recipe("mpm", sets, one["name"], study["timeout"])
         tasks.append({"recipe": asked.as_json(), "fine": one["fine"]})
-    found = sweep.run_tasks(scene, tasks, options, "compare.study.error_bar")
-    table = error_bar.table([one["name"] for one in study["scene"]], found)
-
-    out = options.out or Path("runs") / "studies" / name_of(scene.path) / "error_bar"
-    head = provenance.head(
-        provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
-        "run, fine, error, bar in the metric's unit (compare/metrics); covered: |error| <= bar",
-    )
-    write_table(out / "error_bar.csv", head, table)
+    with sweep.prepared(scene, options, "error_bar", "error_bar.csv") as out:
+        found = sweep.run_tasks(scene, tasks, options, "compare.study.error_bar")
+        table = error_bar.table([one["name"] for one in study["scene"]], found)
+        head = provenance.head(
+            provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
+            "main, fine, coarse, slow, error, bar in the metric's unit (compare/metrics); covered: "
+            "|error| <= bar",
+        )
+        write_table(out / "error_bar.csv", head, table)
     print(table.to_string(index=False, float_format=lambda x: f"{x:.3g}"))
-    covered = table.groupby("scene", sort=False)["covered"]
-    for scene_name, share in covered.mean().items():
-        count = int(covered.sum()[scene_name])
-        print(f"{scene_name}: {count} of {int(covered.count()[scene_name])} covered ({share:.0%})")
-    print(out / "error_bar.csv")
+    for name, covered in table.groupby("scene", sort=False)["covered"]:
+        print(f"{name}: {covered.sum()} of {len(covered)} covered ({covered.mean():.0%})")
     return 0

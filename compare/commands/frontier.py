@@ -18,11 +18,6 @@ from compare.study.distance import WORDS
 
 
 def arguments(parser):
-    parser.add_argument(
-        "case",
-        metavar="CASE",
-        help="case file, folder that holds case.toml, or name of a folder in cases/",
-    )
     parser.add_argument("--metric", choices=list(WORDS), help="draw this error only (all)")
     sweep.arguments(parser)
     reference.arguments(parser)

@@ -24,11 +24,6 @@ def share(word: str) -> float:
 
 def arguments(parser):
     parser.add_argument(
-        "case",
-        metavar="CASE",
-        help="case file, folder that holds case.toml, or name of a folder in cases/",
-    )
-    parser.add_argument(
         "--tolerance",
         type=share,
         default=0.05,

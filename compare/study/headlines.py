@@ -11,7 +11,6 @@ cases/<case>/reference/headlines.csv.
 """
 
 import argparse
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -21,7 +20,7 @@ import pandas as pd
 from cases.case import Case, load
 from cases.errors import EngineError, exit_code
 from cases.files import write_table
-from cases.programs import program
+from cases.programs import call, program
 from cases.provenance import about, head
 from compare.mapping.runs import Run, open_fields, open_run
 from compare.metrics import all_metrics
@@ -47,10 +46,10 @@ def continuum(scene: Case, factors: list[float]) -> list[Run]:
         files = []
         for number, factor in enumerate(factors):
             files.append(Path(scratch) / f"mpm_{number}.h5")
-            command = [str(program("mpm_run")), str(scene.path), "-o", str(files[-1])]
+            command = [program("mpm_run"), scene.path, "-o", files[-1]]
             for key in FRICTION:
                 command += ["--set", f"material.{key}={factor * scene[f'material.{key}']}"]
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            done = call(command)
             if done.returncode:
                 raise EngineError(done.stderr.strip())
         map_fields(files, Path(scratch) / "fields.h5")

@@ -19,7 +19,12 @@ HELP = {
 
 
 def arguments(parser):
-    """Options that every study has."""
+    """The case and the options that every study has."""
+    parser.add_argument(
+        "case",
+        metavar="CASE",
+        help="case file, folder that holds case.toml, or name of a folder in cases/",
+    )
     parser.add_argument("--jobs", type=command_line.threads, default=2, help=HELP["jobs"])
     parser.add_argument("--profile", type=Path, metavar="DIR", help=HELP["profile"])
     parser.add_argument(

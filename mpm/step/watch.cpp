@@ -17,7 +17,7 @@ constexpr double most_noise = 0.02;      // of the kinetic energy, while there i
 constexpr double most_roughness = 0.5;   // rms deviation over that of the cells' means
 constexpr double most_loss = 1.0 / 3.0;  // of the energy released
 constexpr double most_tension = 0.01;    // of rho_s g H
-constexpr double most_at_end = 1e-3;     // of the mass: no run-out is told by so little
+constexpr double most_end = 1e-3;        // of the mass: no run-out is told by so little
 constexpr double early = 1.0;            // sqrt(H/g): later, the flow is thinner than its cells
 
 struct CellSums {
@@ -185,7 +185,7 @@ std::vector<std::string> Watch::warnings(const EnergyLedger& begin, const Energy
     say(Warning::tension,
         "a point pulls with {:.2g} of the column's pressure, beyond the apex of any cone",
         tension_);
-  if (at_end_ > most_at_end)
+  if (at_end_ > most_end)
     say(Warning::end,
         "{:.2g} % of the mass came to the last cell of the floor, which ends in a wall (lengthen "
         "geometry.floor_length)",

@@ -1,9 +1,10 @@
 """Figures of one deposit that contradict one another."""
 
+from dataclasses import replace
+
 from compare.metrics import all_metrics
 from compare.verdict.comparison import margin_of
 from compare.verdict.findings import Finding, Severity, check
-from dataclasses import replace
 
 # How far the deposit reaches, in several ways; those without a margin of their own are held
 # against that of the run-out.

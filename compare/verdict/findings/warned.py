@@ -11,8 +11,8 @@ BOUNDS = {
     "locking": (0.5, "of the pressure's mean"),
     "loss": (1.0 / 3.0, "of the energy released"),
     "tension": (0.01, "of the column's pressure"),
+    "end": (1e-3, "of the mass"),
 }
-KNOWN = {*BOUNDS, "end"}
 FIGURE = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)( %)?")
 
 
@@ -31,7 +31,7 @@ def warned(c, metrics):
 
 def told(line: str, engine: str, name: str, count: int) -> Finding:
     word, _, text = line.partition(": ")
-    known = word in KNOWN
+    known = word in BOUNDS
     text = text or line
     advice = re.search(r" \(([^()]*)\)$", text)
     number = FIGURE.search(text) if known else None
