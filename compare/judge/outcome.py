@@ -1,0 +1,128 @@
+"""Whether the bias of a law in the grains' flow foretells what its collapse is off by.
+
+Each law runs each scene; its deviations from the grains stand beside its overall bias of mu_D. Over
+all of them a straight line is fitted, and every scene is foretold by a line through the others.
+"""
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from cases.case import Case
+from compare.judge import trial as judged
+from compare.judge.trial import Trial
+from compare.mapping.runs import open_fields, open_run
+from compare.verdict.comparison import map_fields
+from compare.metrics import all_metrics
+from compare.study import sweep
+from compare.study.recipe import Recipe
+
+# What is foretold: a metric of a run, and the figure of compare/study/figures.py that is the same.
+HEADLINES = {
+    "run_out_95": "run_out_95",
+    "final_height": "height",
+    "centre_of_mass_x": "centre",
+}
+WORDS = {
+    "run_out_95": "run-out, 95 % of the mass, over the final length",
+    "final_height": "height",
+    "centre_of_mass_x": "centre of mass along x",
+}
+
+
+def grains(files: list[Path]) -> dict[str, float]:
+    """Means of the HEADLINES over packings."""
+    metrics = all_metrics()
+    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+        path = Path(folder) / "fields.h5"
+        runs = [open_run(file) for file in files]
+        map_fields(files, path, "--frame", str(min(len(run.time) for run in runs) - 1))
+        for run in runs:
+            run.mapped = open_fields(path, run.name)
+        return {name: float(np.mean([metrics[name](run) for run in runs])) for name in HEADLINES}
+
+
+def of_scene(trial: Trial, options) -> pd.DataFrame:
+    """A row per law: scene, law, bias with its range, and the deviations, each relative: of the
+    run-out to the final length, of height and centre of mass to the grains' own. A law whose run
+    fails has none.
+    """
+    scene: Case = trial.scene
+    softness = scene["dem.young_modulus"] or scene["grains.young_modulus"]
+    stiffness = f"mpm.young_modulus={softness:g}"
+    recipes = [
+        Recipe("mpm", (*options.overrides, *law.candidate.words, stiffness), law.label)
+        for law in trial.laws
+    ]
+    found = sweep.run_tasks(
+        scene, [one.as_json() for one in recipes], options, "compare.study.figures"
+    )
+    reference, table = grains(trial.files), judged.overall(trial).set_index("law")
+    rows = []
+    for law, figures in zip(trial.laws, found):
+        line = table.loc[law.label]
+        row = {"scene": scene.path.parent.name, "law": law.label, "bias": line["bias of μ_D"]}
+        row |= {"from": line["from"], "to": line["to"]}
+        for name, figure in HEADLINES.items():
+            base = reference[name] + (1.0 if name == "run_out_95" else 0.0)
+            off = (figures.get(figure, np.nan) - reference[name]) / base
+            row[name] = float(off)
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+@dataclass(frozen=True)
+class Line:
+    """deviation = at_none + slope * bias."""
+
+    at_none: float
+    slope: float
+
+    @classmethod
+    def through(cls, bias: np.ndarray, deviation: np.ndarray) -> "Line":
+        slope, at_none = np.polyfit(bias, deviation, 1)
+        return cls(float(at_none), float(slope))
+
+    def at(self, bias: np.ndarray) -> np.ndarray:
+        return self.at_none + self.slope * bias
+
+
+def regression(table: pd.DataFrame) -> pd.DataFrame:
+    """A row per headline: the line through all, the share of the variance it explains, and root
+    mean squares of what is left: of all; of each scene foretold by the others; and of the same by
+    the mean of the others, which knows no bias (the control). NaN for those with one scene.
+    """
+    rows = []
+    for name in HEADLINES:
+        known = table[np.isfinite(table[name])]
+        bias, deviation = known["bias"].to_numpy(), known[name].to_numpy()
+        line = Line.through(bias, deviation)
+        left = deviation - line.at(bias)
+        foretold, blind = [], []
+        for scene in known["scene"].unique():
+            here = (known["scene"] == scene).to_numpy()
+            if here.all():
+                continue
+            others = Line.through(bias[~here], deviation[~here])
+            foretold.append(deviation[here] - others.at(bias[here]))
+            blind.append(deviation[here] - deviation[~here].mean())
+        rows.append(
+            {
+                "headline": name,
+                "slope": line.slope,
+                "at no bias": line.at_none,
+                "explained": 1.0 - left.var() / deviation.var(),
+                "left": rms(left),
+                "foretold": rms(np.concatenate(foretold)) if foretold else np.nan,
+                "by the mean": rms(np.concatenate(blind)) if blind else np.nan,
+                "runs": len(known),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
