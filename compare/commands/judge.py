@@ -95,8 +95,8 @@ def run(options) -> int:
         scene = case.load(find_case(options.case), options.overrides)
         files = []
     others = [case.load(find_case(one), options.overrides) for one in options.outcome or []]
-    for one in (scene, *others):
-        refuse(one, options)
+    for other in (scene, *others):
+        refuse(other, options)
     if options.outcome is not None and (of_run or options.of != "grains"):
         raise CaseError(f"{options.case}: --outcome is of cases and their grains")
     check_widths(options)

@@ -18,6 +18,7 @@ UNITS = (
     "high: the range; work: share of the work done in all that flows [-]; grains, value: means [SI]"
 )
 
+OUTCOME = "deviations, each relative: run_out_95 to the final length; bias of mu_D [-]"
 FORETOLD = (
     "deviation = at no bias + slope * bias; explained: share of the variance; left, foretold, by "
     "the mean: root mean squares of what the line leaves, of scenes foretold by a line through the "
@@ -62,8 +63,7 @@ def write(
     }
     if outcome is not None:
         told = regression(outcome)
-        notes = "deviations, each relative: run_out_95 to the final length; bias of mu_D [-]"
-        write_table(folder / "outcome.csv", provenance.head(about, notes), outcome, "%.4g")
+        write_table(folder / "outcome.csv", provenance.head(about, OUTCOME), outcome, "%.4g")
         write_table(folder / "foretold.csv", provenance.head(about, FORETOLD), told, "%.4g")
         figures.append(outcome_chart.draw(outcome, folder / "outcome"))
         tables |= {
