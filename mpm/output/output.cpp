@@ -73,6 +73,10 @@ std::string today() {
   return {text.data(), written};
 }
 
+std::string told(const std::vector<std::string>& lines) {
+  return lines.empty() ? "none" : fmt::format("{}", fmt::join(lines, "\n"));
+}
+
 std::string host() {
   std::array<char, 256> name{};
   gethostname(name.data(), name.size() - 1);
@@ -104,6 +108,7 @@ Output::Output(Draft& draft, const Case& scene, const Provenance& provenance)
   write("seed", static_cast<int>(provenance.seed));
   write("case", scene.text());
   write("case_resolved", scene.resolved());
+  write("contradictions", told(scene.contradictions()));
   write("command", provenance.command);
   write("threads", provenance.threads);
   write("time_scale", time_scale(scene));
@@ -157,9 +162,7 @@ void Output::energies(const Simulation& simulation, const TimeStep& step) {
 }
 
 void Output::warnings(const std::vector<std::string>& lines) {
-  hdf5::write_attribute(
-      *file_, "warnings",
-      lines.empty() ? std::string("none") : fmt::format("{}", fmt::join(lines, "\n")));
+  hdf5::write_attribute(*file_, "warnings", told(lines));
 }
 
 void Output::finish(const std::string& end_reason, double cpu_seconds, double wall_seconds,
