@@ -1,7 +1,5 @@
 """Constants of the law that contradict the grains beside it."""
 
-import re
-
 from compare.verdict.findings import Finding, Severity, check
 
 
@@ -18,10 +16,10 @@ def contradicted_constants(c, metrics):
         if line.strip() not in ("", "none")
     }
     for line in sorted(lines):
-        problem, hint = re.fullmatch(r"(.*?\)|.*?)(?: ([^()]*))?", line.strip()).groups()
+        problem, closed, hint = line.strip().rpartition(") ")
         yield Finding(
             Severity.CAUTION,
-            f"The law is not of these grains: {problem}.",
-            f"{hint[0].upper()}{hint[1:]}." if hint else "",
+            f"The law is not of these grains: {problem}{closed.strip()}.",
+            f"{hint[:1].upper()}{hint[1:]}.",
             of="mpm",
         )
