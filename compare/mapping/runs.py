@@ -18,7 +18,7 @@ POINT_STATE = (
     "void_ratio",
     "deviatoric_strain",
     "plastic_dissipation",
-    "collisional_dissipation",
+    "regime_4_dissipation",
 )
 
 
@@ -192,7 +192,7 @@ class Run:
         return float(potential[0] - potential[-1])
 
 
-REGIME = "dissipated_collisional"  # without it a budget would have a hole that looks like zero
+REGIME = "dissipated_regime_4"  # without it a budget would have a hole that looks like zero
 
 
 def open_run(path: str | Path) -> Run:
