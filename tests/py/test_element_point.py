@@ -35,10 +35,10 @@ def test_jenkins_length_with_a_factor(factor):
     driven, closed = PointModel(card, GRAINS), Model(card, GRAINS)
     nu = np.array([0.30, 0.54, 0.58, closed.nu_c])
     assert closed.correlation_length(nu)[[0, -1]] == pytest.approx([1.0, 1 + 9 * factor])
-    answers = [law.shear(nu, 20.0)["granular_temperature"] for law in (driven, closed)]
-    assert answers[0] == pytest.approx(answers[1], rel=0.02)
-    times = [law.cooling_time(np.array([0.3, 0.5]), 1e-2, 1e-3) for law in (driven, closed)]
-    assert times[0] == pytest.approx(times[1], rel=0.01)
+    steady = driven.shear(nu, 20.0)["granular_temperature"]
+    assert steady == pytest.approx(closed.shear(nu, 20.0)["granular_temperature"], rel=0.02)
+    cooled = (np.array([0.3, 0.5]), 1e-2, 1e-3)
+    assert driven.cooling_time(*cooled) == pytest.approx(closed.cooling_time(*cooled), rel=0.01)
 
 
 def test_cooling(models):
