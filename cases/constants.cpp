@@ -132,8 +132,7 @@ class Lines {
     if (!of_card && std::abs(scene_.number(key) - derived) > effective_apart)
       say(key,
           "where the grains have {:.3g} (restitution {:g}, friction {:g}, tangential_restitution "
-          "{:g}; dissipation goes as 1 - eps_eff^2, {:.2g} and not {:.2g}) leave it out: it is "
-          "then "
+          "{:g}; dissipation goes as 1 - eps_eff^2, {:.2g} and not {:.2g}) leave it out, and it is "
           "derived",
           derived, scene_.number("grains.restitution"), scene_.number("grains.friction"),
           scene_.number("material.tangential_restitution"), 1.0 - std::pow(scene_.number(key), 2),
