@@ -88,6 +88,7 @@ def test_the_seeds_correlation_length_contradicts_the_shear_test():
         ("seed_table1", "material.correlation_length=jenkins"),
         ("seed_table1", OTHER_GRAINS),  # of which the test has none
         ("seed_table1", "material.collisions=false"),
+        ("seed_table1", "material.effective_restitution=1"),  # told by the other check
         ("seed_table1", "material.law=critical_state"),
     ],
     ids=" ".join,
