@@ -5,6 +5,7 @@
 #include <set>
 
 #include "cases/check.hpp"
+#include "cases/constants.hpp"
 #include "cases/hints.hpp"
 #include "cases/together.hpp"
 
@@ -49,21 +50,37 @@ fs::path find_card(const Given& card) {
                                  : found->lexically_proximate(fs::current_path());
 }
 
-void take_card(GivenValues& given) {
+/// Takes what the case is silent about from its card, where it names one and lacks anything.
+Card take_card(GivenValues& given) {
   const auto card = given.find("material.card");
-  if (card == given.end() || std::get<std::string>(card->second.value).empty()) return;
+  if (card == given.end() || std::get<std::string>(card->second.value).empty()) return {};
   const bool silent = std::ranges::any_of(schema(), [&](const Key& key) {
     return key.table() == "material" && !given.contains(key.name);
   });
-  if (!silent) return;
+  if (!silent) return {};
   const std::string path = find_card(card->second).string();
   const toml::table table = parse_toml(read_text(path, "[material]"), path);
   const Source source{path};
   for (const auto& [name, node] : in_order(table))
-    if (name != "material")
-      refuse(source.at(*node),
-             "'{}' does not belong in a material card (it holds a [material] table alone)", name);
-  take(schema(), table, source, "", given);
+    if (name != "material" && name != "grains")
+      refuse(
+          source.at(*node),
+          "'{}' does not belong in a material card (it holds a [material] table, and in [grains] "
+          "what it was fitted to)",
+          name);
+  Card read{std::get<std::string>(card->second.value), {}, {}};
+  take(schema(), table, source, "", read.constants);
+  for (const char* key : {"diameter", "density", "young_modulus", "restitution", "friction"}) {
+    if (!table.contains("grains")) break;
+    auto fitted = read.constants.extract(std::string("grains.") + key);
+    if (!fitted)
+      refuse(source.at(*table.get("grains")), "missing key 'grains.{}' (of what the card fits)",
+             key);
+    read.grains.insert(std::move(fitted));
+  }
+  std::erase_if(read.constants, [](const auto& one) { return one.first.starts_with("grains."); });
+  given.insert(read.constants.begin(), read.constants.end());
+  return read;
 }
 
 }  // namespace
@@ -104,9 +121,11 @@ Case Case::load(const std::string& path, const std::vector<std::string>& overrid
     if (error == std::errc::no_such_file_or_directory)
       refuse(base.where, "extends '{}', which does not exist", file);
   }
-  take_card(given);
+  const Card card = take_card(given);
   result.values_ = complete(schema(), given, result.path_, "");
   check_scene(result.values_);
+  derive_constants(result.values_);
+  result.contradictions_ = grainpair::contradictions(result.values_, card);
   return result;
 }
 

@@ -13,9 +13,9 @@ namespace grainpair {
 class Case {
  public:
   /// Reads `path` (a file, or a folder that holds case.toml), what it extends and its material
-  /// card, applies `overrides` ("mpm.cell_size=0.002"), checks all of it against the schema and
-  /// fills in the defaults. A key is taken from the first that gives it: override, file, extended
-  /// files, card, default. Throws CaseError.
+  /// card, applies `overrides` ("mpm.cell_size=0.002"), checks all of it against the schema, fills
+  /// in the defaults and derives what the grains determine. A key is taken from the first that
+  /// gives it: override, file, extended files, card, default. Throws CaseError.
   static Case load(const std::string& path, const std::vector<std::string>& overrides = {});
 
   // Values by dotted key, e.g. number("geometry.height"). A key the schema lacks throws
@@ -31,10 +31,13 @@ class Case {
   /// The file as its author wrote it.
   const std::string& text() const { return text_; }
   const std::string& path() const { return path_; }
+  /// What contradicts the grains without being wrong in itself (cases/constants.hpp), a line each.
+  const std::vector<std::string>& contradictions() const { return contradictions_; }
 
  private:
   std::string path_, text_;
   Values values_;
+  std::vector<std::string> contradictions_;
 };
 
 }  // namespace grainpair

@@ -4,6 +4,7 @@ There is no other validator.
 """
 
 import os
+import sys
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ class Case:
     text: str  # the file as its author wrote it
     resolved: str  # the complete case as TOML
     values: dict
+    contradictions: tuple[str, ...] = ()  # to its grains, one line each, as the validator warns
 
     def __getitem__(self, key: str):
         value = self.values
@@ -54,7 +56,19 @@ def load(path: str | Path, overrides: Iterable[str] = (), kind: str = "scene") -
         raise CaseError(check.stderr.strip())
     if check.returncode:
         raise EngineError(check.stderr.strip() or f"mpm_case: ended with code {check.returncode}")
-    return Case(path, path.read_text(), check.stdout, tomllib.loads(check.stdout))
+    return Case(
+        path,
+        path.read_text(),
+        check.stdout,
+        tomllib.loads(check.stdout),
+        tuple(check.stderr.strip().splitlines()),
+    )
+
+
+def tell_contradictions(case: Case):
+    """What of a scene's constants contradicts its grains, on standard error."""
+    for line in case.contradictions:
+        print(line, file=sys.stderr)
 
 
 def parse(resolved: str, path: str | Path = "", text: str = "") -> Case:

@@ -21,7 +21,12 @@ void print_codes() {
 
 std::string complete_file(const std::string& path, Kind kind,
                           const std::vector<std::string>& overrides) {
-  if (kind == Kind::scene) return Case::load(path, overrides).resolved();
+  if (kind == Kind::scene) {
+    const Case scene = Case::load(path, overrides);
+    for (const std::string& line : scene.contradictions())
+      fmt::print(stderr, "warning: {}\n", line);
+    return scene.resolved();
+  }
   if (!overrides.empty())
     throw CaseError(fmt::format("--set {}: only a scene takes --set", overrides.front()));
   return read_document(path, kind).values.as_toml();

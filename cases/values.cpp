@@ -78,7 +78,11 @@ const std::string& Values::where(const std::string& key) const {
 }
 
 void Values::set(const std::string& key, Value value, const std::string& where) {
-  entries_.push_back({key, std::move(value), where});
+  const auto found = std::ranges::find(entries_, key, &Entry::key);
+  if (found == entries_.end())
+    entries_.push_back({key, std::move(value), where});
+  else
+    *found = {key, std::move(value), where};
 }
 
 std::string Values::as_toml(const std::string& table) const {

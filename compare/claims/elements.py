@@ -8,8 +8,10 @@ import numpy as np
 
 from compare.element import calibration
 from compare.commands.claims import ROOT
+from compare.element.case import Case
 from compare.element.deviations import table
 from compare.element.model import Card, Model
+from compare.verdict.findings import shear_temperature
 
 
 @cache
@@ -26,6 +28,13 @@ def median_errors() -> dict[tuple[str, str], float]:
         )
         for key in keys
     }
+
+
+def _temperature(card: str, **values):
+    """Granular temperature in dense steady shear over the grains', of a card with other values."""
+    return lambda: shear_temperature.ratio(
+        Card.read(card).with_values(**values), Case(shear_temperature.SHEAR)
+    )
 
 
 def _of(quantity: str, card: str):
@@ -48,3 +57,7 @@ isotropic_bulk_modulus_table1 = _of("isotropic bulk_modulus", "seed_table1")
 isotropic_bulk_modulus_calibrated = _of("isotropic bulk_modulus", "dem_mu05")
 isotropic_shear_modulus_table1 = _of("isotropic shear_modulus", "seed_table1")
 isotropic_shear_modulus_calibrated = _of("isotropic shear_modulus", "dem_mu05")
+temperature_table1 = _temperature("seed_table1")
+temperature_calibrated = _temperature("dem_mu05")
+temperature_jenkins = _temperature("seed_table1", correlation_length="jenkins")
+temperature_none = _temperature("seed_table1", correlation_length="none")

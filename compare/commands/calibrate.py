@@ -15,11 +15,13 @@ from cases.provenance import commit
 from compare.element import calibration
 from compare.element.blocks import MODEL_ERROR, Block
 from compare.element.calibration import NAMES, Fit
-from compare.element.model import Card
+from compare.element.model import Card, Model
 from compare.element.tests import compared_tests
 from dem_reference.grains import Grains
 
 MADE = "# Command: grainpair calibrate"  # in the head of a card
+# What a card says of the grains it was fitted to; cases are held against it (cases/constants.cpp).
+FITTED_TO = ("diameter", "density", "young_modulus", "restitution", "friction")
 SYMBOLS = {
     "critical_void_ratio": "e_c",
     "critical_state_slope": "a_L",
@@ -43,6 +45,11 @@ def arguments(parser):
     )
     parser.add_argument(
         "--card", default="dem_mu05", metavar="NAME", help="card to write (default: dem_mu05)"
+    )
+    parser.add_argument(
+        "--correlation",
+        choices=["berzi", "jenkins"],
+        help="correlation length of the law that is fitted (default: the start's)",
     )
     parser.add_argument(
         "--cases",
@@ -79,8 +86,8 @@ def run(options) -> int:
             f"{card_file}: is there, and was not made by calibrate (it would be lost) give another "
             "--card, or --replace"
         )
-    start = Card.read(options.start)
     blocks, grains = calibration.evidence(options.cases)
+    start = start_of(options, grains)
     resampled = [
         calibration.evidence(options.cases, calibration.resample(seed))[0]
         for seed in range(options.bootstrap)
@@ -94,6 +101,16 @@ def run(options) -> int:
     return 0
 
 
+def start_of(options, grains: Grains) -> Card:
+    """The card that the fit starts from, with the correlation length that was asked for and an
+    effective restitution of its own.
+    """
+    card = Card.read(options.start)
+    if options.correlation:
+        card = card.with_values(correlation_length=options.correlation)
+    return card.with_values(effective_restitution=Model(card, grains).effective_restitution)
+
+
 def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
     """The material card, with where it comes from and every constant's uncertainty in comments."""
     *most, last = (test.name for test in compared_tests())
@@ -102,7 +119,8 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
         f"E_p = {grains.young_modulus:g} Pa, e_n = {grains.restitution:g}, "
         f"mu = {grains.friction:g},",
         f"# in the element tests {', '.join(most)} and {last} alone; no column was used.",
-        f"{MADE} --start {options.start} --card {options.card} " f"--bootstrap {options.bootstrap}",
+        f"{MADE} --start {options.start} --card {options.card} --bootstrap {options.bootstrap}"
+        + (f" --correlation {options.correlation}" if options.correlation else ""),
         f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",
         f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of "
         f"{MODEL_ERROR:.0%} beside the DEM's:",
@@ -116,6 +134,9 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
     lines += [
         "# +-: standard error from the covariance, scaled by the misfit; in brackets the scatter "
         "over fits to resampled seeds.",
+        "[grains]  # of the element tests",
+        *(f"{name} = {getattr(grains, name):g}" for name in FITTED_TO),
+        "",
         "[material]",
     ]
     for name in NAMES:
@@ -131,6 +152,7 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
     lines += [
         f'critical_state_form = "{fit.card.critical_state_form}"'
         "  # of the three forms the one that fits best",
+        f'correlation_length = "{fit.card.correlation_length}"',
         f"loose_void_ratio = {fit.card.loose_void_ratio:g}  # kept from {options.start}",
     ]
     return "\n".join(lines) + "\n"

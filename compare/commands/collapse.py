@@ -74,6 +74,7 @@ def run(options) -> int:
 def alone(options) -> int:
     """Runs the continuum of a case, and shows it."""
     scene = case.load(find_case(options.run_or_case), options.overrides)
+    case.tell_contradictions(scene)
     out = options.out or Path("runs") / "collapse" / name_of(scene.path)
     if options.table:
         files.check_table(options.table)

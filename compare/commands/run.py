@@ -112,6 +112,7 @@ def run(options) -> int:
             "the radius have no common grid with those over x) run either engine itself: mpm_run, "
             "python3 -m dem_reference.run"
         )
+    case.tell_contradictions(scene)
     takes = estimate(scene, options.seeds, not options.no_siblings)
     if options.dry_run:
         print(table(takes))

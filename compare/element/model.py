@@ -15,6 +15,7 @@ import numpy as np
 
 from cases.errors import CaseError
 from cases.programs import ROOT
+from compare.element.collisions import effective_restitution, jenkins_length
 from dem_reference.grains import Grains
 
 DENSE = 0.49  # solid fraction above which collisions correlate [Berzi2014]
@@ -43,7 +44,8 @@ class Card:
     dilatancy: float
     dilatancy_form: str
     loose_void_ratio: float
-    effective_restitution: float
+    effective_restitution: float  # 0: derived from the grains
+    tangential_restitution: float
     collision_time_factor: float
     correlation_length: str
     correlation_factor: float
@@ -113,6 +115,16 @@ class Model:
     def nu_c(self) -> float:
         return 1 / (1 + self.card.critical_void_ratio)
 
+    @property
+    def effective_restitution(self) -> float:
+        """The card's, or what the grains determine where it has none (0)."""
+        return self.card.effective_restitution or max(
+            0.0,
+            effective_restitution(
+                self.grains.restitution, self.grains.friction, self.card.tangential_restitution
+            ),
+        )
+
     def frictionless(self) -> "Model":
         """Plain kinetic theory for mu = 0.
 
@@ -151,15 +163,16 @@ class Model:
         return (1 + e) / 2 + np.pi / 32 * numerator / (24 - 6 * (1 - e) ** 2 - 5 * (1 - e**2))
 
     def correlation_length(self, nu):
-        """L/d; the card's factor multiplies its excess over 1."""
+        """L/d in steady shear; the card's factor multiplies its excess over 1."""
         nu = np.asarray(nu, dtype=float)
-        ee = self.card.effective_restitution
+        ee = self.effective_restitution
         if self.card.correlation_length == "none":
             return np.ones_like(nu)
-        if self.card.correlation_length == "jenkins":  # steady shear, c = 0.5, capped at 10 d
+        if self.card.correlation_length == "jenkins":
             x = np.maximum(self.inverse_G(nu), 1e-12)
-            length = np.clip(
-                (0.0625 * x ** (-2 / 3) * 15 * (1 - ee**2) / (2 * self.J(nu))) ** (1 / 3), 1, 10
+            length = jenkins_length(
+                0.0625 * x ** (-2 / 3) * 15 * (1 - ee**2) / (2 * self.J(nu)),
+                self.card.correlation_factor,
             )
         else:
             # sqrt(2 J/(15 (1 - ee^2))) [1 + 26 (1 - ee)/15 (nu - 0.49)/(nu_rcp - nu)]^(3/2)
@@ -230,7 +243,7 @@ class Model:
             * J
             / 15
             * self.correlation_length(nu)
-            / (1 - self.card.effective_restitution**2)
+            / (1 - self.effective_restitution**2)
             * (rate * d) ** 2
         )
         Y = 1 / (self.inverse_G(nu) + self.kappa * np.sqrt(T))
@@ -246,14 +259,12 @@ class Model:
         """When homogeneous cooling has brought T0 down to T [s].
 
         (1/G + kap v) dv/dt = -c v^2 with v = sqrt(T), c = 4 (1 - ee^2)/(sqrt(pi) L), so
-        t = [ (1/v - 1/v0)/G + kap ln(v0/v) ]/c.
+        t = [ (1/v - 1/v0)/G + kap ln(v0/v) ]/c. Jenkins' L is d where nothing is sheared.
         """
         v0, v = np.sqrt(T0), np.sqrt(T)
-        c = (
-            4
-            * (1 - self.card.effective_restitution**2)
-            / (SQRT_PI * self.correlation_length(nu) * self.grains.diameter)
-        )
+        sheared = self.card.correlation_length == "jenkins"
+        length = 1.0 if sheared else self.correlation_length(nu)
+        c = 4 * (1 - self.effective_restitution**2) / (SQRT_PI * length * self.grains.diameter)
         return (self.inverse_G(nu) * (1 / v - 1 / v0) + self.kappa * np.log(v0 / v)) / c
 
     def isotropic(self, void_ratio, pressure, pressures):

@@ -18,7 +18,7 @@ POINT_STATE = (
     "void_ratio",
     "deviatoric_strain",
     "plastic_dissipation",
-    "collisional_dissipation",
+    "regime_4_dissipation",
 )
 
 
@@ -192,6 +192,9 @@ class Run:
         return float(potential[0] - potential[-1])
 
 
+REGIME = "dissipated_regime_4"  # without it a budget would have a hole that looks like zero
+
+
 def open_run(path: str | Path) -> Run:
     """The run of a result file; raises CaseError when it is not one."""
     path = Path(path)
@@ -207,6 +210,11 @@ def open_run(path: str | Path) -> Run:
         raise CaseError(f"{path}: not a run of grainpair ({error})") from error
     if not steps:
         raise CaseError(f"{path}: no frames")
+    if attributes["engine"] == "mpm" and REGIME not in energy:
+        raise CaseError(
+            f"{path}: energy/{REGIME} is missing (a file of another version of grainpair) run the "
+            "case again"
+        )
     return Run(
         path.stem,
         attributes["engine"],

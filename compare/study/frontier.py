@@ -14,6 +14,7 @@ LEVELS = (0.02, 0.05, 0.10)
 METRICS = tuple(WORDS)
 KEYS = {
     "law": "material.law",
+    "card": "material.card",
     "cell_size": "mpm.cell_size",
     "points_per_cell": "mpm.points_per_cell",
     "transfer": "mpm.transfer",
@@ -33,10 +34,12 @@ KEYS = {
 def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) -> pd.DataFrame:
     """One row per point: its recipe, cost [s per sqrt(H/g)], status, `error_*` from the grains'
     mean, `bar_*`, what of it the numerics may be, told from the point's siblings, and `numerical_*`
-    from the fine-grid solution of the same law; NaN where there is none.
+    from the fine-grid solution of the same law with the same card; NaN where there is none.
     """
     limits = {
-        value_of(point, "material.law", scene): point for point in fine if point["status"] == "ok"
+        tuple(value_of(point, KEYS[key], scene) for key in ("law", "card")): point
+        for point in fine
+        if point["status"] == "ok"
     }
     rows = []
     for point in points + [limit | {"fine": True} for limit in fine]:
@@ -73,7 +76,7 @@ def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) ->
                 for name, value in errors(point, reference["mean"], scene).items()
             }
             row |= {f"bar_{name}": value for name, value in bars(point, scene).items()}
-            limit = limits.get(row["law"])
+            limit = limits.get((row["law"], row["card"]))
             if limit and not row["fine"]:
                 row |= {
                     f"numerical_{name}": value

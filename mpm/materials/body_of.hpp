@@ -74,7 +74,7 @@ class BodyOf final : public Body {
 
  private:
   static constexpr bool athermal = std::is_base_of_v<Athermal, Law>;
-  /// What such a law leaves at zero: fluctuation and collisional, and viscosity.
+  /// What such a law leaves at zero: fluctuation and regime_4, and viscosity.
   struct Zeros {
     static constexpr Range energies = athermal ? Range{2, 4} : Range{},
                            stability = athermal ? Range{1, 2} : Range{};

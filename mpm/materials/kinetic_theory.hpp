@@ -215,16 +215,4 @@ class KineticTheory {
   double en1_, shear_, loss_, crowding_;
 };
 
-/// Effective restitution of frictional grains [Jenkins2002]: normal restitution, friction, and the
-/// tangential restitution beta_0 of sticking collisions.
-inline double effective_restitution(double en, double mu, double beta_0) {
-  if (mu == 0.0) return en;
-  const double mu0 = 3.5 * mu * (1.0 + en) / (1.0 + beta_0), m2 = mu0 * mu0;
-  const double A = 0.5 * std::numbers::pi * mu0 * (1.0 - 2.0 / std::numbers::pi * std::atan(mu0));
-  const double a1 = mu / mu0 * (2.0 * A + 2.0 * m2 / (1.0 + m2) * (1.0 - 2.0 * mu / mu0));
-  const double a2 = 2.5 * mu / mu0 * (A + (m2 - m2 * m2) / ((1.0 + m2) * (1.0 + m2)));
-  const double b1 = mu * mu / (1.0 + m2), b2 = 0.5 * mu / mu0 * (A + m2 / (1.0 + m2));
-  return en - 0.5 * (a1 - a2 * b1 / b2);
-}
-
 }  // namespace grainpair

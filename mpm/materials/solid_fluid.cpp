@@ -100,7 +100,7 @@ class SolidFluid {
       r.state.speed = select(matter, s, old_speed);
       r.state.viscosity = bulk * (lam + 4.0 / 3.0 * eta);
       r.work += in_step * (p_c * trD + lam * trD * trD + eta * gdot2);
-      r.energies.collisional = in_step * c.Q * Y * s * s * s;
+      r.energies.regime_4 = in_step * c.Q * Y * s * s * s;
     }
     r.energies.fluctuation =
         1.5 * r.state.speed *

@@ -73,6 +73,10 @@ std::string today() {
   return {text.data(), written};
 }
 
+std::string told(const std::vector<std::string>& lines) {
+  return lines.empty() ? "none" : fmt::format("{}", fmt::join(lines, "\n"));
+}
+
 std::string host() {
   std::array<char, 256> name{};
   gethostname(name.data(), name.size() - 1);
@@ -104,6 +108,7 @@ Output::Output(Draft& draft, const Case& scene, const Provenance& provenance)
   write("seed", static_cast<int>(provenance.seed));
   write("case", scene.text());
   write("case_resolved", scene.resolved());
+  write("contradictions", told(scene.contradictions()));
   write("command", provenance.command);
   write("threads", provenance.threads);
   write("time_scale", time_scale(scene));
@@ -146,8 +151,8 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
     records.template scalar<double>("deviatoric_strain", "-", none, of(points.deviatoric_strain));
     records.template scalar<double>("plastic_dissipation", "J/kg", speed_squared,
                                     of(points.plastic));
-    records.template scalar<double>("collisional_dissipation", "J/kg", speed_squared,
-                                    of(points.collisional));
+    records.template scalar<double>("regime_4_dissipation", "J/kg", speed_squared,
+                                    of(points.regime_4));
     records.template scalar<double>("conducted", "J/kg", speed_squared, of(points.conducted));
   });
 }
@@ -157,9 +162,7 @@ void Output::energies(const Simulation& simulation, const TimeStep& step) {
 }
 
 void Output::warnings(const std::vector<std::string>& lines) {
-  hdf5::write_attribute(
-      *file_, "warnings",
-      lines.empty() ? std::string("none") : fmt::format("{}", fmt::join(lines, "\n")));
+  hdf5::write_attribute(*file_, "warnings", told(lines));
 }
 
 void Output::finish(const std::string& end_reason, double cpu_seconds, double wall_seconds,
@@ -190,7 +193,8 @@ void Output::finish(const std::string& end_reason, double cpu_seconds, double wa
             &EnergyLedger::fluctuation);
     account("dissipated_plastic", "dissipated by plastic flow [Ceccato2019, Eq. 9]",
             &EnergyLedger::plastic);
-    account("dissipated_collisional", "dissipated by collisions", &EnergyLedger::collisional);
+    account("dissipated_regime_4", "dissipated in regime 4, by the collisions of a law",
+            &EnergyLedger::regime_4);
     account("dissipated_wall", "work done on the walls", &EnergyLedger::wall);
     account("loss_transfer", "numerical: lost between points and grid", &EnergyLedger::transfer);
     account("loss_time_integration", "numerical: lost by the finite step",

@@ -35,13 +35,13 @@ struct DeformationOf {
 using Deformation = DeformationOf<double>;
 
 /// Energies per unit mass of solid [J/kg]: stored and fluctuation are held in the new state,
-/// plastic and collisional were dissipated during the update. sigma_bar : D dt (1+e)/rho_s =
-/// d(stored + fluctuation) + plastic + collisional, where sigma_bar is the mean stress
+/// plastic and regime_4 were dissipated during the update. sigma_bar : D dt (1+e)/rho_s =
+/// d(stored + fluctuation) + plastic + regime_4, where sigma_bar is the mean stress
 /// `work_stress` the law reports.
 template <class Real>
 struct EnergiesOf {
   Real stored = 0.0, plastic = 0.0;
-  Real fluctuation = 0.0, collisional = 0.0;
+  Real fluctuation = 0.0, regime_4 = 0.0;
 };
 using Energies = EnergiesOf<double>;
 
@@ -52,7 +52,7 @@ struct Response {
   Tensor<Real> sigma;  // total stress, quasi-static + collisional [Pa]
   State<Real> state;
   EnergiesOf<Real> energies;
-  Real work = 0.0;  // = d(stored + fluctuation) + plastic + collisional to round-off [J/kg]
+  Real work = 0.0;  // = d(stored + fluctuation) + plastic + regime_4 to round-off [J/kg]
   Real collisional_pressure = 0.0;  // the part of sigma that does no work on `mixing` [Pa]
   Real regime = 0.0;  // 1 visco-elastic, 2 visco-elasto-plastic, 3 critical, 4 collisional; 0 none
 };

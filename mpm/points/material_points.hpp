@@ -31,8 +31,7 @@ struct Fastest {
 /// Sums over the points of a strip, lane by lane until they are asked for; kept by strip so that
 /// their order never changes.
 struct PointSums {
-  EnergiesOf<Wide>
-      energies;  // stored and fluctuation held; plastic and collisional of the step [J]
+  EnergiesOf<Wide> energies;  // stored and fluctuation held; plastic and regime_4 of the step [J]
   Wide mixing = 0.0, potential = 0.0;          // [J]
   double detached = 0.0;                       // [J]
   std::ptrdiff_t inverted = -1, escaped = -1;  // points that ended the run
@@ -281,9 +280,9 @@ class MaterialPoints {
     if constexpr (Fluctuates) {
       block.store(law.granular_temperature, points.granular_temperature);
       block.store(law.energies.fluctuation, points.fluctuation);
-      block.store(block.load(points.collisional) + law.energies.collisional, points.collisional);
+      block.store(block.load(points.regime_4) + law.energies.regime_4, points.regime_4);
       sums.energies.fluctuation += m * law.energies.fluctuation;
-      sums.energies.collisional += m * law.energies.collisional;
+      sums.energies.regime_4 += m * law.energies.regime_4;
     }
     limit_step<Fluctuates>(block, inverse_density, law.stability, sums.fastest);
     const Wide here = moves_ ? move(block, sums) : cell(block);

@@ -128,7 +128,7 @@ void declare(PointHistory& history) {
   add("stored", "J/kg", "elastic energy");
   add("fluctuation", "J/kg", "energy of the velocity fluctuations");
   add("plastic_dissipation", "J/kg", "dissipated by plastic strain since the start");
-  add("collisional_dissipation", "J/kg", "dissipated by collisions since the start");
+  add("regime_4_dissipation", "J/kg", "dissipated in regime 4 since the start");
   add("work", "J/kg", "stress work since the start");
   add("gibbs_energy", "J/m3",
       "Gibbs energy of the quasi-static stress, Eq. 7 of the seed as printed");
@@ -147,7 +147,7 @@ PointHistory drive(const PointPath& path) {
   const Hyperelastic hyperelastic(path.material);
   PointHistory history;
   declare(history);
-  double time = 0.0, plastic = 0.0, collisional = 0.0, work = 0.0;
+  double time = 0.0, plastic = 0.0, regime_4 = 0.0, work = 0.0;
   SymTensor strain = SymTensor::Zero();
   const auto record = [&] {
     std::size_t column = 0;
@@ -161,7 +161,7 @@ PointHistory drive(const PointPath& path) {
         put(von_mises(sigma_c));
     put(point.temperature), put(point.regime), put(point.energies.stored),
         put(point.energies.fluctuation);
-    put(plastic), put(collisional), put(work), put(hyperelastic.gibbs_energy(sigma_q));
+    put(plastic), put(regime_4), put(work), put(hyperelastic.gibbs_energy(sigma_q));
   };
   record();
   long done = 0;
@@ -192,8 +192,7 @@ PointHistory drive(const PointPath& path) {
                           i + 1);
       point.keep();
       time += dt, strain += dt * D;
-      plastic += point.energies.plastic, collisional += point.energies.collisional,
-          work += point.work;
+      plastic += point.energies.plastic, regime_4 += point.energies.regime_4, work += point.work;
       history.regime_switches += point.regime != regime;
       if (++done % path.every == 0) record();
     }

@@ -65,6 +65,7 @@ void print(const Cost& cost) {
 
 void run(const Case& scene, const Start& start, const std::string& path,
          const Provenance& provenance, Progress progress) {
+  for (const std::string& line : scene.contradictions()) fmt::print(stderr, "warning: {}\n", line);
   refuse_more_than_there_is(estimate(scene), scene);
   Draft draft(path);
   const auto wall_start = std::chrono::steady_clock::now();

@@ -33,7 +33,7 @@ void Solver<D>::update_points(StrainedPoints strained, double dt, Moves moves) {
     ledger_.stored += reduce(s.energies.stored);
     ledger_.fluctuation += reduce(s.energies.fluctuation);
     ledger_.plastic += reduce(s.energies.plastic);
-    ledger_.collisional += reduce(s.energies.collisional);
+    ledger_.regime_4 += reduce(s.energies.regime_4);
     ledger_.detached += s.detached;
     if (s.fastest.rate > fastest_.rate) fastest_ = s.fastest;
     ledger_.mixing -= mixing;  // work that the points took and the grid did not give
@@ -42,8 +42,8 @@ void Solver<D>::update_points(StrainedPoints strained, double dt, Moves moves) {
   // The grid gave its own figure for this work when it accelerated; what the two do not agree on is
   // the integrator's.
   const double absorbed =
-      (ledger_.stored + ledger_.fluctuation + ledger_.plastic + ledger_.collisional) -
-      (before.stored + before.fluctuation + before.plastic + before.collisional);
+      (ledger_.stored + ledger_.fluctuation + ledger_.plastic + ledger_.regime_4) -
+      (before.stored + before.fluctuation + before.plastic + before.regime_4);
   ledger_.time_integration -= absorbed;
   if (moves == Moves::yes) book_places();
 }

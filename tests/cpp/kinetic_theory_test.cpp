@@ -242,15 +242,5 @@ TEST(KineticTheory, JenkinsLengthIsCappedAndReachesItsSteadyValue) {
   EXPECT_EQ(theory.correlation_length(0.6, 10.0, 0.01), 10.0);
 }
 
-TEST(EffectiveRestitution, ExplainsTheSeedsValue) {
-  EXPECT_NEAR(effective_restitution(0.879, 0.5, 0.44), 0.5904, 5e-5);
-  EXPECT_NEAR(effective_restitution(0.879, 0.5, 0.0), 0.640, 5e-4);
-  EXPECT_NEAR(effective_restitution(0.879, 0.5, 0.4), 0.5935, 5e-5);
-  EXPECT_EQ(effective_restitution(0.879, 0.0, 0.4), 0.879);
-  // small friction: en - pi/2 mu + 9/2 mu^2
-  EXPECT_NEAR(effective_restitution(0.879, 0.05, 0.0),
-              0.879 - std::numbers::pi / 2 * 0.05 + 4.5 * 0.0025, 1e-3);
-}
-
 }  // namespace
 }  // namespace grainpair

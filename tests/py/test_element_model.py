@@ -3,8 +3,34 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from cases import case
+from cases.programs import ROOT
 from compare.element.model import Card, Model, simple_shear_ratio
 from dem_reference.grains import Grains
+
+
+@pytest.mark.parametrize(
+    "given", [(0.879, 0.5, 0.44), (0.95, 0.1, 0.2), (0.2, 1.0, 0.9), (0.7, 0.0, 0.4)]
+)
+def test_effective_restitution_is_the_validators(given):
+    """Where no card gives it, both sides derive it from the grains: to the last digits of it."""
+    restitution, friction, tangential = given
+    assignments = [
+        f"grains.restitution={restitution}",
+        f"grains.friction={friction}",
+        f"material.tangential_restitution={tangential}",
+        "material.card=",
+    ]
+    scene = case.load(ROOT / "cases" / "column", assignments)
+    card = Card.read("seed_table1").with_values(
+        effective_restitution=0.0, tangential_restitution=tangential
+    )
+    law = Model(card, Grains(2e-3, 2532.0, 3e8, 0.3, restitution, friction))
+    assert law.effective_restitution == pytest.approx(
+        scene["material.effective_restitution"], rel=1e-12, abs=1e-15
+    )
+    own = Model(card.with_values(effective_restitution=0.7), law.grains)
+    assert own.effective_restitution == 0.7
 
 
 @pytest.fixture

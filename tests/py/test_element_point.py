@@ -26,6 +26,21 @@ def test_steady_shear(models, rate):
         assert driven[name] == pytest.approx(closed[name], rel=0.02), name
 
 
+@pytest.mark.parametrize("factor", [0.5, 1.0, 3.0])
+def test_jenkins_length_with_a_factor(factor):
+    """Where it is one, where it grows and, at e_c, at its cap; nothing of it while cooling."""
+    card = Card.read("seed_table1").with_values(
+        correlation_length="jenkins", correlation_factor=factor
+    )
+    driven, closed = PointModel(card, GRAINS), Model(card, GRAINS)
+    nu = np.array([0.30, 0.54, 0.58, closed.nu_c])
+    assert closed.correlation_length(nu)[[0, -1]] == pytest.approx([1.0, 1 + 9 * factor])
+    steady = driven.shear(nu, 20.0)["granular_temperature"]
+    assert steady == pytest.approx(closed.shear(nu, 20.0)["granular_temperature"], rel=0.02)
+    cooled = (np.array([0.3, 0.5]), 1e-2, 1e-3)
+    assert driven.cooling_time(*cooled) == pytest.approx(closed.cooling_time(*cooled), rel=0.01)
+
+
 def test_cooling(models):
     """Backward Euler in sqrt(T) is of first order: 1 % with these steps."""
     driven, closed = (model.cooling_time(np.array([0.3, 0.5]), 1e-2, 1e-3) for model in models)

@@ -81,7 +81,7 @@ def drive(given_path: dict, folder, *extra: str) -> dict:
                 "stored",
                 "fluctuation",
                 "plastic_dissipation",
-                "collisional_dissipation",
+                "regime_4_dissipation",
                 "granular_temperature",
                 "regime",
                 "p_q",
@@ -99,12 +99,12 @@ def test_random_paths_balance_and_dissipate(tmp_path_factory, given_path):
     r = drive(given_path, tmp_path_factory.getbasetemp())
     held, gone = (
         r["stored"] + r["fluctuation"],
-        r["plastic_dissipation"] + r["collisional_dissipation"],
+        r["plastic_dissipation"] + r["regime_4_dissipation"],
     )
     turnover = held[0] + np.cumsum(np.abs(np.diff(r["work"], prepend=0.0))) + held + gone
     assert np.all(np.abs(r["work"] - (held - held[0]) - gone) <= 1e-12 * turnover)
     assert np.all(np.diff(r["plastic_dissipation"]) >= -1e-14 * turnover[1:])
-    assert np.all(np.diff(r["collisional_dissipation"]) >= 0.0)
+    assert np.all(np.diff(r["regime_4_dissipation"]) >= 0.0)
     assert np.all(r["granular_temperature"] >= 0.0) and np.all(held >= 0.0)
     if given_path["law"] not in ("linear_elastic",):
         assert np.all(r["p_q"] >= 0.0)  # no cohesion
@@ -132,7 +132,7 @@ def test_a_path_that_creates_energy_is_seen(tmp_path):
     )
     held, gone = (
         r["stored"] + r["fluctuation"],
-        r["plastic_dissipation"] + r["collisional_dissipation"],
+        r["plastic_dissipation"] + r["regime_4_dissipation"],
     )
     turnover = held[0] + np.cumsum(np.abs(np.diff(r["work"], prepend=0.0))) + held + gone
     assert not np.all(np.abs(r["work"] - (held - held[0]) - gone) <= 1e-12 * turnover)

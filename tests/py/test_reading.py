@@ -8,12 +8,13 @@ import sys
 
 import h5py
 import pytest
+from synthetic import write_pair
 
 from cases import case, programs
 from cases.errors import CaseError, EngineError
 from cases.programs import ROOT, program
 from cases.reading import opened
-from compare.mapping.runs import open_run
+from compare.mapping.runs import REGIME, open_run
 
 LOCKED = "cannot be read (another process is writing it; wait until that has ended)"
 CAUSES = {
@@ -89,3 +90,13 @@ def test_a_program_that_does_not_start_is_told_in_one_line(tmp_path, monkeypatch
 
 def test_a_program_of_debian_is_named_with_its_package():
     assert "install the package lammps" in str(programs.unstarted("lmp", FileNotFoundError()))
+
+
+def test_a_continuum_without_the_account_of_its_regime_is_no_run_of_zero(tmp_path):
+    """Files of an older version have it by another name."""
+    run = write_pair(tmp_path, mpm={"frames": 2}, dem={"frames": 2}) / "mpm.h5"
+    assert REGIME in open_run(run).energy
+    with h5py.File(run, "a") as file:
+        file.move(f"energy/{REGIME}", "energy/dissipated_by_collisions")
+    with pytest.raises(CaseError, match=f"energy/{REGIME} is missing .* run the case again"):
+        open_run(run)

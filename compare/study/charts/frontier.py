@@ -76,7 +76,7 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
             axes.text(
                 0.998 - 0.33 * (i % 3),
                 limit[f"error_{name}"],
-                f"model error of {limit['law'].replace('_', ' ')} "
+                f"model error of {limit['law'].replace('_', ' ')}, {limit['card']} "
                 f"({1e3 * float(limit['cell_size']):.3g} mm) ",
                 transform=axes.get_yaxis_transform(),
                 color=LAWS[limit["law"]],

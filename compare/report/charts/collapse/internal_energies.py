@@ -1,7 +1,7 @@
 from compare.report.charts import chart, panels
 
 LINES = (
-    ("dissipated_collisional", "collisional, dissipated", "#c8561b"),
+    ("dissipated_regime_4", "in regime 4, dissipated", "#c8561b"),
     ("dissipated_plastic", "plastic, dissipated", "#7a4bb3"),
     ("fluctuation", "fluctuation, stored", "#2c7a4b"),
     ("elastic", "elastic, stored", "#1f5fa8"),
@@ -21,8 +21,8 @@ def internal_energies(run, narrow):
     axes[0].set_title("all four")
     axes[1].set_title("the stored ones alone")
     return figure, (
-        "The four kinds of internal energy (compare [Ceccato2019], Figure 6): dissipated by "
-        "collisions and by plastic flow, accumulated, and stored as fluctuations and elastically, "
+        "The four kinds of internal energy (compare [Ceccato2019], Figure 6): dissipated in "
+        "regime 4 and by plastic flow, accumulated, and stored as fluctuations and elastically, "
         "over the potential energy released until the end. What the numerics lost is in none of "
         "them; the budget below shows it."
     )
