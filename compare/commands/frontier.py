@@ -74,10 +74,13 @@ def run(options) -> int:
 
 def figures_of(name: str, points, grains: dict, fine: bool, out: Path) -> list[page.Figure]:
     """The figures of one metric, for the page: against the grains and, where there are solutions on
-    a `fine` grid, against those; says what they say.
+    a `fine` grid, against those; says what they say. Where the grains do not tell, why.
     """
     from compare.study.charts import frontier as chart  # matplotlib takes its time to load
 
+    if why := reference.unknown(grains, name):
+        print(why)
+        return [(f"Error from the grains: {WORDS[name]}", [why], "")]
     words = frontier.sentences(points, grains, name)
     drawn = chart.draw(points, grains, name, out / f"frontier_{name}")
     figures: list[page.Figure] = [(f"Error from the grains: {WORDS[name]}", words, drawn)]

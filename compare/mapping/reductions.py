@@ -184,13 +184,14 @@ def example_run(
     spacing=1.0,
     engine="dem",
     diameter=0.1,
+    state=None,
     **fields,
 ):
     """A run made of arrays, for examples of metrics and statements: H = L0 = g = 1, e0 = 1, points
     of mass 1.
 
-    x: (frames, N, 3); solid_fraction and other fields: (frames, ny, nx, ...) on a grid of
-    `spacing`.
+    x: (frames, N, 3); state: records by name, (frames, N); solid_fraction and other fields:
+    (frames, ny, nx, ...) on a grid of `spacing`.
     """
     case = parse(
         "[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
@@ -201,7 +202,12 @@ def example_run(
     )
     x = np.zeros((len(time), 1, 3)) if x is None else np.asarray(x, dtype=float)
     v = np.zeros_like(x) if v is None else np.asarray(v, dtype=float)
-    clouds = [Cloud(xs, vs, np.ones(len(xs)), np.ones(len(xs))) for xs, vs in zip(x, v)]
+    ones = np.ones(x.shape[1])
+    known = {name: np.asarray(values, dtype=float) for name, values in (state or {}).items()}
+    clouds = [
+        Cloud(xs, vs, ones, ones, {name: values[i] for name, values in known.items()})
+        for i, (xs, vs) in enumerate(zip(x, v))
+    ]
     mapped = None
     if solid_fraction is not None:
         phi = np.asarray(solid_fraction, dtype=float)
