@@ -31,6 +31,7 @@ COLUMNS = (
     "status",
     "cost",
     *(f"error_{name}" for name in WORDS),
+    "moving_without_stress",
     "message",
     "command",
 )
@@ -86,7 +87,7 @@ def figures_of(name: str, points, grains: dict, fine: bool, out: Path) -> list[p
     figures: list[page.Figure] = [(f"Error from the grains: {WORDS[name]}", words, drawn)]
     scatter = frontier.band(grains, name)
     print(f"{WORDS[name]} (scatter of the seeds {scatter:.1%})", *words, sep="\n  ")
-    if fine:
+    if fine and points[f"numerical_{name}"].notna().any():
         drawn = chart.draw_numerical(points, name, out / f"numerical_{name}")
         figures.append((f"Numerical error alone: {WORDS[name]}", [], drawn))
     return figures

@@ -8,6 +8,8 @@ from scipy import ndimage
 from cases.case import parse
 from compare.mapping.runs import Cloud, Fields, Grid, Run
 
+DENSE = "fluctuation_dense"  # what a signature calls dense_fluctuation
+
 
 def mass_quantile(x: np.ndarray, mass: np.ndarray, q: float) -> float:
     """The x that the share q of the mass lies within: the x of the first point at which the sum of
@@ -133,11 +135,30 @@ def temperature(run: Run, frame: int) -> np.ndarray:
     return run.fields[own if own in run.fields else "granular_temperature"][frame]
 
 
+def dense_fluctuation(run: Run) -> tuple[np.ndarray, np.ndarray] | None:
+    """Times [sqrt(H/g)] and, at each, the energy of fluctuations in what is dense [J]: the integral
+    of 3/2 rho T, T as `temperature` gives it, over the cells with more than half of the bulk's
+    solid fraction. None where no fields, and no signature, tell it.
+    """
+    if DENSE in run.energy:
+        return run.energy_tau(), run.energy[DENSE]
+    if run.mapped is None or "granular_temperature" not in run.fields:
+        return None
+    limit, volume = 0.5 * bulk_solid_fraction(run), run.fields.grid.cell_volume
+    held = [
+        1.5 * volume * np.nansum((rho * temperature(run, frame))[phi > limit])
+        for frame, (rho, phi) in enumerate(zip(run.fields["density"], run.fields["solid_fraction"]))
+    ]
+    return run.fields.time / run.time_scale, np.array(held)
+
+
 def has_temperature(run: Run) -> bool:
-    """Whether the law of a run of the continuum knows a granular temperature."""
+    """Whether a run knows a granular temperature: grains do, and some laws of the continuum."""
     own = "granular_temperature_state"
     held = run.energy.get("fluctuation", np.zeros(1))
-    return bool(np.any(held)) or (own in run.fields and bool(np.nanmax(run.fields[own]) > 0.0))
+    if np.any(held) or run.mapped is None:
+        return bool(np.any(held))
+    return own in run.fields and bool(np.nanmax(run.fields[own]) > 0.0)
 
 
 def stress(run: Run, frame: int) -> np.ndarray:

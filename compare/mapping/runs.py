@@ -1,5 +1,6 @@
 """Runs of either engine and the fields mapped from them, read from HDF5."""
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -9,7 +10,8 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from cases.case import Case, parse
-from cases.errors import CaseError
+from cases.errors import CaseError, EngineError
+from cases.programs import call, program
 from cases.reading import opened
 
 if TYPE_CHECKING:
@@ -230,6 +232,17 @@ def open_run(path: str | Path) -> Run:
         energy,
         attributes,
     )
+
+
+def map_fields(runs: list[Path], output: Path, *options):
+    """Calls grain_map; raises EngineError with its line when it fails."""
+    command = [program("grain_map"), *runs, "-o", output, "--quiet", *options]
+    environment = os.environ | {
+        "GOMP_SPINCOUNT": "0"
+    }  # waiting threads leave the cores to the engines
+    done = call(command, env=environment)
+    if done.returncode:
+        raise EngineError(done.stderr.strip() or f"grain_map: failed with code {done.returncode}")
 
 
 def open_fields(path: str | Path, name: str) -> Fields:

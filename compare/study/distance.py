@@ -11,11 +11,12 @@ from compare.study.signature import HISTORY, digits, expand, packed
 from compare.verdict.comparison import pair
 
 WORDS = {
-    "run_out": "run-out (99.5 % of the mass)",
+    "run_out": "run-out (95 % of the mass)",
     "deposit": "deposit (Wasserstein distance along x)",
     "kinetic": "kinetic energy over time",
     "dissipation": "dissipation in place and time",
-    "combined": "combined (root mean square of the four)",
+    "temperature": "granular temperature (of laws that have one)",
+    "combined": "combined (root mean square of run-out, deposit, kinetic energy and dissipation)",
 }
 
 
@@ -50,19 +51,23 @@ def mean(signatures: list[dict], scene: Case) -> dict:
 def errors(signature: dict, reference: dict, scene: Case) -> dict[str, float]:
     """How far a run is from a reference, each relative: the run-out to the final length, the
     deposit to L0, the kinetic energy to the area under the reference's, the dissipation in place
-    and time to L0, H and sqrt(H/g); and their root mean square. What either of the two does not
-    tell is NaN, and so is the root mean square then: one of fewer errors would be another figure.
+    and time to L0, H and sqrt(H/g), the granular temperature to the area under the reference's; and
+    the root mean square of the first four, which every law can be held against. What either of the
+    two does not tell is NaN, and so is the root mean square of it: one of fewer errors would be
+    another figure.
     """
     run, other = expand(signature, scene), expand(reference, scene)
     pair([run], [other])
     metrics = all_metrics()
-    run_out = metrics["run_out"]
+    run_out = metrics["run_out_95"]
     found = {
         "run_out": abs(run_out(run) - run_out(other)) / (1.0 + run_out(other)),
         "deposit": metrics["wasserstein_x"](run, other),
         "kinetic": metrics["kinetic_energy_distance"](run, other),
         "dissipation": metrics["dissipation_distance"](run, other),
     }
-    return {name: float(value) for name, value in found.items()} | {
-        "combined": float(np.sqrt(np.mean(np.square(list(found.values())))))
+    beside = {
+        "temperature": metrics["granular_temperature_distance"](run, other),
+        "combined": np.sqrt(np.mean(np.square(list(found.values())))),
     }
+    return {name: float(value) for name, value in (found | beside).items()}

@@ -3,6 +3,7 @@ another.
 """
 
 import json
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from cases import case, command_line, provenance, workflow
 from cases.errors import CaseError
 from cases.files import write_atomically
-from compare.mapping.runs import open_run
+from compare.mapping.runs import map_fields, open_fields, open_run
 from compare.metrics import all_metrics
 from compare.study.distance import WORDS, errors, mean
 from compare.study.signature import compact, expand
@@ -110,7 +111,13 @@ def of_runs(files: list[Path], scene: case.Case) -> dict:
     runs = [open_run(file) for file in files]
     for file, run in zip(files, runs):
         refuse_others(file, inputs(run.case), scene)
-    seeds = [compact(run) for run in runs]
+    seeds = []
+    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+        for number, (file, run) in enumerate(zip(files, runs)):
+            fields = Path(folder) / f"{number}.h5"
+            map_fields([file], fields)
+            run.mapped = open_fields(fields, run.name)
+            seeds.append(compact(run))
     origin = {"command": runs[0].attributes["command"], "commit": runs[0].attributes["commit"]}
     return {
         "about": provenance.about("") | origin,

@@ -1,5 +1,6 @@
-"""What studies keep of a run: its final distribution of mass along x, its energy histories and its
-dissipation in place and time, small enough for a text file.
+"""What studies keep of a run: its final distribution of mass along x, its energy histories, that of
+the fluctuations where its fields tell it, and its dissipation in place and time, small enough for
+a text file.
 
 A signature expands to a Run again, so that the metrics are those of every other comparison.
 """
@@ -8,19 +9,22 @@ import numpy as np
 
 from cases.case import Case
 from compare.mapping.dissipation import InPlace, in_place
+from compare.mapping.reductions import DENSE, dense_fluctuation
 from compare.mapping.runs import Cloud, Run
+from compare.metrics.moving_without_stress import moving_without_stress
 
 # of the quantile function of mass; with the levels that run-outs are read at, a rounding error
 # above them
 LEVELS = np.union1d(np.arange(1, 513) / 512, [0.99 + 1e-9, 0.995 + 1e-9])
 INTERVAL = 0.05  # of the histories [sqrt(H/g)]
-HISTORY = ("kinetic", "potential", "dissipated", "unaccounted")
+HISTORY = ("kinetic", "potential", "dissipated", "unaccounted", DENSE)
 PARTS = 10**5  # of the dissipation in place: the unit of a cell's share
 
 
 def compact(run: Run) -> dict:
     """x_k [m], the x within which the share LEVELS[k] of the final mass lies; histories [J] every
-    INTERVAL; dissipation in place, where it is known; the run's cost.
+    INTERVAL; dissipation in place and the share of moving points without stress, where they are
+    known; the run's cost.
     """
     cloud, tau = run.clouds[-1], run.energy_tau()
     order = np.argsort(cloud.x[:, 0], kind="stable")
@@ -33,7 +37,10 @@ def compact(run: Run) -> dict:
     history = {
         name: np.interp(times, tau, run.energy[name]) for name in HISTORY if name in run.energy
     }
-    gone = in_place(run)
+    dense = dense_fluctuation(run)
+    if dense is not None and dense[1].any():  # not of a law that knows no temperature
+        history[DENSE] = np.interp(times, *dense)
+    gone, free = in_place(run), moving_without_stress(run)
     return {
         "engine": run.engine,
         "seed": int(run.attributes["seed"]),
@@ -42,6 +49,7 @@ def compact(run: Run) -> dict:
         "tau": digits(times),
         **{name: digits(values) for name, values in history.items()},
         **({"dissipation": packed(gone)} if gone else {}),
+        **({"moving_without_stress": float(f"{free:.4g}")} if np.isfinite(free) else {}),
         "steps": int(steps),
         "cpu_seconds": float(cpu),
         "cpu_seconds_packing": float(run.attributes.get("cpu_seconds_packing", 0.0)),

@@ -29,11 +29,12 @@ def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> str:
     """The chart against the grains' mean; returns its SVG."""
     with plt.rc_context(STUDY_STYLE):
         figure, (axes,) = panels(1, False, height=5.2)
-        top = scatter(axes, points[~points["fine"]], f"error_{name}", path.stem)
+        shown = told(points, f"error_{name}")
+        top = scatter(axes, shown, f"error_{name}", path.stem)
         level = band(reference, name)
         typical = np.mean(reference["scatter"][name])
-        lowest = 0.7 * min(points.loc[~points["fine"], f"error_{name}"].min(), typical)
-        whiskers(axes, points[~points["fine"]], name, lowest)
+        lowest = 0.7 * np.nanmin([shown[f"error_{name}"].min(), typical])
+        whiskers(axes, shown, name, lowest)
         axes.axhspan(lowest, level, color=DEM, alpha=0.10, lw=0)
         axes.plot(grain_cost(reference), typical, "*", color=DEM, ms=14, mec="white", zorder=5)
         axes.annotate(
@@ -65,9 +66,7 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
     """
     with plt.rc_context(STUDY_STYLE):
         figure, (axes,) = panels(1, False, height=5.2)
-        own = points[
-            ~points["fine"] & ~((points["status"] == "ok") & points[f"numerical_{name}"].isna())
-        ]
+        own = told(points, f"numerical_{name}")
         top = scatter(axes, own[own["engine"] == "mpm"], f"numerical_{name}", path.stem)
         for i, (_, limit) in enumerate(
             points[points["fine"] & (points["status"] == "ok")].iterrows()
@@ -88,10 +87,15 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
         return save(figure, path, tips(points, path.stem, f"numerical_{name}"))
 
 
+def told(points: pd.DataFrame, column: str) -> pd.DataFrame:
+    """Points of recipes that a chart of `column` shows: failed ones, and those with a value."""
+    return points[~points["fine"] & ((points["status"] != "ok") | points[column].notna())]
+
+
 def scatter(axes, points: pd.DataFrame, column: str, prefix: str) -> float:
     """Every point by law and series, the front as a line; returns the height of failures."""
     good, bad = points[points["status"] == "ok"], points[points["status"] != "ok"]
-    top = 2.0 * max(good[column].max(), 0.5)
+    top = 2.0 * max([0.5, *good[column]])
     names = {name: marker for name, marker in zip(points["series"].unique(), MARKERS * 2)}
     best = front(good["cost"].to_numpy(), good[column].to_numpy())
     axes.step(
