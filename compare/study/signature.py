@@ -13,8 +13,8 @@ from compare.mapping.reductions import DENSE, dense_fluctuation
 from compare.mapping.runs import Cloud, Run
 from compare.metrics.moving_without_stress import moving_without_stress
 
-# of the quantile function of mass; with the levels that run-outs are read at, a rounding error
-# above them
+# of the quantile function of mass; with the levels of 99 and 99.5 %, a rounding error above them.
+# run_out_95 is read at the one above 95 %, 95.1 %, of every run alike.
 LEVELS = np.union1d(np.arange(1, 513) / 512, [0.99 + 1e-9, 0.995 + 1e-9])
 INTERVAL = 0.05  # of the histories [sqrt(H/g)]
 HISTORY = ("kinetic", "potential", "dissipated", "unaccounted", DENSE)

@@ -11,7 +11,7 @@ from cases.programs import ROOT
 from compare.mapping import dissipation
 from compare.mapping.reductions import example_run
 from compare.metrics import all_metrics
-from compare.study import distance, reference
+from compare.study import distance, reference, signature
 from compare.study.signature import packed, unpacked
 
 CI = ROOT / "cases" / "column_ci"
@@ -105,6 +105,14 @@ def test_a_signature_keeps_it_in_few_characters():
     copy = replace(flow(), dissipation=kept)
     assert apart(copy, flow(factor=3.0)) < 2e-3  # shares are rounded to 1e-5, of some 500 cells
     assert len(json.dumps(packed(whole))) < 12 * len(whole.joules)
+
+
+def test_run_out_by_95_percent_is_read_at_the_level_of_a_signature_above_it():
+    x = np.random.default_rng(1).gamma(3.0, size=5000)
+    run = example_run(x=np.stack([x, 0 * x, 0 * x], axis=1)[None], energy={"time": [0.0, 1.0]})
+    run.attributes |= {"steps": 1, "seed": 1, "end_reason": "rest"}
+    kept = all_metrics()["run_out_95"](signature.expand(signature.compact(run), run.case))
+    assert kept == pytest.approx(np.quantile(x, 487 / 512) - 1.0, abs=0.01)  # 4 digits, two points
 
 
 def test_the_mean_of_runs_is_that_of_every_cell():
