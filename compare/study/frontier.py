@@ -7,11 +7,10 @@ import pandas as pd
 
 from cases.case import Case
 from compare.study.recipe import Recipe
-from compare.study.distance import WORDS, cost, errors
+from compare.study.distance import cost, errors
 from compare.verdict import siblings
 
 LEVELS = (0.02, 0.05, 0.10)
-METRICS = tuple(WORDS)
 KEYS = {
     "law": "material.law",
     "cell_size": "mpm.cell_size",
