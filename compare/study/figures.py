@@ -73,6 +73,14 @@ def figures(run: Run) -> dict:
     )
 
 
+def at_end(result: Path) -> Run:
+    """The run of a result, with the fields of its last frame, mapped beside it."""
+    run, fields = open_run(result), result.with_name("fields.h5")
+    map_fields([result], fields, "--frame", str(len(run.time) - 1), "--threads", "1")
+    run.mapped = open_fields(fields, run.name)
+    return run
+
+
 def pressure_roughness(run: Run) -> tuple[float, float]:
     """Root mean square of the pressure about a cubic over its mean, where the column stood: of the
     cells' means, and of these averaged once more through the grid's quadratic B-splines, as its
@@ -128,12 +136,9 @@ def make(scene: Path, task: dict) -> dict:
     with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
         result = Path(folder) / "run.h5"
         run_stages([Stage(recipe.label, recipe.words(scene, result))], quiet=True)
-        run, fields = open_run(result), Path(folder) / "fields.h5"
-        map_fields([result], fields, "--frame", str(len(run.time) - 1), "--threads", "1")
-        run.mapped = open_fields(fields, run.name)
         return {
             name: value if isinstance(value, (int, str)) else float(value)
-            for name, value in figures(run).items()
+            for name, value in figures(at_end(result)).items()
         }
 
 
