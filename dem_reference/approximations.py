@@ -32,7 +32,7 @@ SERIES = {  # label -> table, the first of each being what the others are measur
 }
 MEASURES = {
     "run_out_99": "run-out, 99 % of mass",
-    "height_at_wall": "height at the wall",
+    "highest_grain_at_wall": "highest grain at the wall",
     "kinetic_energy_peak": "kinetic-energy peak",
 }
 

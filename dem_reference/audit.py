@@ -4,6 +4,10 @@ Held energies are exact at any moment. Dissipation is sampled: the powers of all
 steps, count for the interval that ends there. Sampled at every step, the work done on each contact
 less the elastic energy it holds is taken instead, which is the dissipation exactly. The residual
 between the energy lost and the dissipation is reported, never folded into either.
+
+Each contact's dissipation also counts half for either of its grains; where one of the two is glued,
+or a wall, all of it for the moving one. So it has a place, and its sum over the moving grains is
+that of the contacts.
 """
 
 from collections import defaultdict
@@ -52,10 +56,12 @@ class Audit:
         self.rows: dict[str, list[float]] = defaultdict(list)
         self.enduring: list[np.ndarray] = []
         self.intake = np.zeros(4)  # normal, tangential, base (of these two), wall [J]
+        self.grain_intake = np.zeros(start.atoms["id"].max() + 1)  # by id [J]
         self.force_error = 0.0
         self.initial = self.held(start)
         pairs, wall = self.contact_held(start)
         self.initially_held = self.totals(start, pairs, wall)
+        self.grains_held = self.by_grain(start, pairs, wall)
         self.lifetimes.begin(*self.ids(start), pairs)
         self.row(start, 0.0)
 
@@ -71,6 +77,16 @@ class Audit:
             [*pairs.sum(axis=0), pairs[glued[shot.i] | glued[shot.j]].sum(), wall.sum()]
         )
 
+    def by_grain(self, shot: Snapshot, pairs: np.ndarray, wall: np.ndarray) -> np.ndarray:
+        """Values per contact, pairs (n, 2) and wall (m,), shared among grains (last id + 1,)."""
+        value, ids = pairs.sum(axis=1), shot.atoms["id"]
+        moves = shot.mobile[shot.i].astype(float), shot.mobile[shot.j].astype(float)
+        both = np.maximum(moves[0] + moves[1], 1.0)  # two glued grains: of no consequence
+        out = np.bincount(ids[shot.wall.grain], wall, self.grain_intake.size)
+        for grain, share in zip((shot.i, shot.j), moves):
+            out += np.bincount(ids[grain], value * share / both, out.size)
+        return out
+
     def contact_held(self, shot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
         """Elastic energy to be taken off the intake: of pairs (n, 2), of walls (m,) [J]."""
         if self.every_step:
@@ -85,8 +101,16 @@ class Audit:
             else (shot.power_parts, shot.wall.power)
         )
         self.intake += self.totals(shot, pairs, wall) * self.interval
+        self.grain_intake += self.by_grain(shot, pairs, wall) * self.interval
         self.lifetimes.add(*self.ids(shot), pairs * self.interval, self.contact_held(shot)[0])
         self.force_error = max(self.force_error, shot.force_error)
+
+    def dissipated(self, shot: Snapshot) -> np.ndarray:
+        """Dissipated since the release by the contacts of each grain, in the order of shot.atoms
+        (n,) [J].
+        """
+        by_id = self.grain_intake - self.by_grain(shot, *self.contact_held(shot)) + self.grains_held
+        return by_id[shot.atoms["id"]]
 
     @staticmethod
     def held(shot: Snapshot) -> float:

@@ -135,8 +135,13 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
     shot = column.look(0.0)
     audit = Audit(plan.sample * plan.dt, plan.sample == 1, lifetimes, shot)
     result = Result(target, attributes)
-    result.frame(0, 0.0, shot, case["output"]["contacts"])
+
+    def frame():
+        gone = audit.dissipated(shot) if sampled else None
+        result.frame(step, step * plan.dt, shot, case["output"]["contacts"], gone)
+
     step, peak, reason = 0, 0.0, "maximum"
+    frame()
     while step < plan.last and reason != "rest":
         column.engine.advance(plan.sample)
         step += plan.sample
@@ -154,7 +159,7 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
             if now > plan.scale and kinetic_on_floor(shot, case) < quiet:
                 reason = "rest"
         if step % plan.frame == 0 or reason == "rest" or step >= plan.last:
-            result.frame(step, now, shot, case["output"]["contacts"])
+            frame()
     lifetimes.finish()
     if sampled:
         result.history(audit.rows)

@@ -23,7 +23,7 @@ KEPT = (
     "seed",
     "run_out",
     "run_out_99",
-    "height_at_wall",
+    "highest_grain_at_wall",
     "kinetic_energy_peak",
     "kinetic_energy_peak_time",
     "dissipated_short",

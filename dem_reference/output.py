@@ -2,9 +2,10 @@
 
 Beside its target, and renamed when complete.
 
-Size: positions are stored as doubles (an overlap is 1e-3 of a grain and must survive), velocities
-and spins as floats, ids, mass, radius and volume compress to almost nothing; about 50 bytes per
-grain and frame, and about 45 per contact.
+Size: positions are stored as doubles (an overlap is 1e-3 of a grain and must survive), and so is
+what a grain has dissipated (to be summed and compared with the history); velocities and spins as
+floats; ids, mass, radius and volume compress to almost nothing; about 50 bytes per grain and frame,
+and about 45 per contact.
 """
 
 import datetime
@@ -29,6 +30,7 @@ DIMENSIONS = {
     "m3": (3, 0, 0),
     "1/s": (0, 0, -1),
     "N": (1, 1, -2),
+    "J": (2, 1, -2),
     "W": (2, 1, -3),
     "-": (0, 0, 0),
 }
@@ -63,8 +65,17 @@ class Result:
             }
         )
 
-    def frame(self, step: int, time: float, shot: Snapshot, contacts: bool) -> None:
-        """All grains, and their contacts if asked, at one time."""
+    def frame(
+        self,
+        step: int,
+        time: float,
+        shot: Snapshot,
+        contacts: bool,
+        dissipated: np.ndarray | None = None,
+    ) -> None:
+        """All grains, and their contacts if asked, at one time; dissipated: of each grain [J], in
+        the order of shot.atoms, where it is known.
+        """
         group = self.file.create_group(f"data/{step}")
         group.attrs.update(time=time, dt=shot.dt, timeUnitSI=1.0)
         cloud = group.create_group("particles/cloud")
@@ -80,6 +91,8 @@ class Result:
         self._record(cloud, "mass", g.mass * ones, "kg", np.float64)
         self._record(cloud, "solid_volume", g.volume * ones, "m3", np.float64)
         self._record(cloud, "radius", g.radius * ones, "m", np.float64)
+        if dissipated is not None:
+            self._record(cloud, "dissipated", dissipated[order], "J", np.float64)
         if contacts:
             self._contacts(group.create_group("contacts"), shot)
 

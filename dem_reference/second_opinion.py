@@ -33,7 +33,7 @@ from .summary import scalars
 COMPARED = (
     "run_out",
     "run_out_99",
-    "height_at_wall",
+    "highest_grain_at_wall",
     "kinetic_energy_peak",
     "kinetic_energy_peak_time",
     "released",

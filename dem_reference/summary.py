@@ -13,7 +13,7 @@ SCALARS = {
     "seed": "-",
     "run_out": "L0",
     "run_out_99": "L0",
-    "height_at_wall": "H",
+    "highest_grain_at_wall": "H",
     "kinetic_energy_peak": "E0",
     "kinetic_energy_peak_time": "sqrt(H/g)",
     "released": "J",
@@ -40,8 +40,9 @@ SCALARS = {
 def scalars(path: Path) -> dict[str, float]:
     """SCALARS of a dem.h5.
 
-    E0 is the initial potential energy; run-outs are mass percentiles, 99.5 and 99. Of an
-    axisymmetric column x is the distance from the axis.
+    E0 is the initial potential energy; run-outs are mass percentiles, 99.5 and 99. One grain
+    decides highest_grain_at_wall, the top of the grains within 1.5 d of it; the height of a deposit
+    is compare's `final_height`. Of an axisymmetric column x is the distance from the axis.
     """
     with opened(path) as file:
         case = parse(file.attrs["case_resolved"])
@@ -63,7 +64,7 @@ def scalars(path: Path) -> dict[str, float]:
             "seed": file.attrs["seed"],
             "run_out": x[int(np.ceil(0.995 * x.size)) - 1] / length - 1,
             "run_out_99": x[int(np.ceil(0.99 * x.size)) - 1] / length - 1,
-            "height_at_wall": (y[near_wall].max() + frame["radius"][0]) / height,
+            "highest_grain_at_wall": (y[near_wall].max() + frame["radius"][0]) / height,
             "kinetic_energy_peak": energy["kinetic"][peak] / energy["potential"][0],
             "kinetic_energy_peak_time": energy["time"][peak] / scale,
             "released": released,

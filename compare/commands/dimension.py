@@ -19,8 +19,7 @@ from cases.stages import Stage, run_stages
 from cases.errors import CaseError
 from cases.files import check_table, write_table
 from cases.programs import program
-from compare.mapping.runs import open_run
-from compare.study.figures import JITTER, figures
+from compare.study.figures import JITTER, at_end, figures
 
 
 def arguments(parser):
@@ -101,7 +100,7 @@ def run(options) -> int:
                     "kinematics": name,
                     "seed": seed,
                 }
-                | figures(open_run(result))
+                | figures(at_end(result))
             )
     table = pd.DataFrame(rows)
     table["cost"] = table["cpu_seconds"] / table["cpu_seconds"].iloc[0]
@@ -127,8 +126,8 @@ def keep(table: pd.DataFrame, path: Path):
     del origin["commit"]  # every row has its solver's
     head = provenance.head(
         origin,
-        "run_out [L0] by 99.5 and 99 % of the mass; height [H] by 99.5 %; peak_time, until "
-        "[sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: "
+        "run_out [L0] by 99.5 and 99 % of the mass; height [L0] of the free surface; peak_time, "
+        "until [sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: "
         "processor time over plane strain's",
     )
     write_table(path, head, table)

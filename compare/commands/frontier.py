@@ -31,6 +31,7 @@ COLUMNS = (
     "status",
     "cost",
     *(f"error_{name}" for name in WORDS),
+    "moving_without_stress",
     "message",
     "command",
 )
@@ -74,16 +75,19 @@ def run(options) -> int:
 
 def figures_of(name: str, points, grains: dict, fine: bool, out: Path) -> list[page.Figure]:
     """The figures of one metric, for the page: against the grains and, where there are solutions on
-    a `fine` grid, against those; says what they say.
+    a `fine` grid, against those; says what they say. Where the grains do not tell, why.
     """
     from compare.study.charts import frontier as chart  # matplotlib takes its time to load
 
+    if why := reference.unknown(grains, name):
+        print(why)
+        return [(f"Error from the grains: {WORDS[name]}", [why], "")]
     words = frontier.sentences(points, grains, name)
     drawn = chart.draw(points, grains, name, out / f"frontier_{name}")
     figures: list[page.Figure] = [(f"Error from the grains: {WORDS[name]}", words, drawn)]
     scatter = frontier.band(grains, name)
     print(f"{WORDS[name]} (scatter of the seeds {scatter:.1%})", *words, sep="\n  ")
-    if fine:
+    if fine and points[f"numerical_{name}"].notna().any():
         drawn = chart.draw_numerical(points, name, out / f"numerical_{name}")
         figures.append((f"Numerical error alone: {WORDS[name]}", [], drawn))
     return figures

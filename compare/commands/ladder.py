@@ -51,27 +51,15 @@ def run(options) -> int:
     rungs = ladder.rungs(scene)
     with sweep.prepared(scene, options, "ladder", "ladder.html") as out:
         grains = reference.obtain(scene, options)
+        if why := reference.unknown(grains, options.metric):
+            raise CaseError(f"{why}, or choose another --metric")
         tried, stop = ladder.climb(
             rungs,
             lambda recipes: sweep.run_recipes(scene, recipes, options),
             lambda point: ladder.judge(point, grains, options.metric, options.tolerance, scene),
         )
         origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
-        table = pd.DataFrame(
-            [
-                {
-                    "rung": one["rung"],
-                    "verdict": one["word"],
-                    "enough": i == stop,
-                    "error": one["verdict"].difference if one["verdict"] else float("nan"),
-                    "half_width": one["verdict"].half_width if one["verdict"] else float("nan"),
-                    "cost": cost(one["point"]) if one["verdict"] else float("nan"),
-                    "message": one["point"].get("message", ""),
-                    "command": one["recipe"].command(scene.path.parent),
-                }
-                for i, one in enumerate(tried)
-            ]
-        )
+        table = table_of(tried, stop, scene)
         words = ladder.paragraph(
             tried, stop, rungs, grains, WORDS[options.metric], options.tolerance
         )
@@ -100,3 +88,22 @@ def run(options) -> int:
         )
         print(words)
     return 0
+
+
+def table_of(tried: list[dict], stop: int | None, scene: case.Case) -> pd.DataFrame:
+    """A row for each rung that was tried."""
+    return pd.DataFrame(
+        [
+            {
+                "rung": one["rung"],
+                "verdict": one["word"],
+                "enough": i == stop,
+                "error": one["verdict"].difference if one["verdict"] else float("nan"),
+                "half_width": one["verdict"].half_width if one["verdict"] else float("nan"),
+                "cost": cost(one["point"]) if one["verdict"] else float("nan"),
+                "message": one["point"].get("message", ""),
+                "command": one["recipe"].command(scene.path.parent),
+            }
+            for i, one in enumerate(tried)
+        ]
+    )

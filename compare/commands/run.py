@@ -29,6 +29,7 @@ VERDICT = {
     "final_height": "final height",
     "kinetic_energy_peak_time": "time of kinetic-energy peak",
     "dissipated_energy": "energy dissipated",
+    "moving_without_stress": "moving without stress",
     "cpu_seconds": "CPU time",
 }
 

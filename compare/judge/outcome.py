@@ -14,8 +14,7 @@ import pandas as pd
 from cases.case import Case
 from compare.judge import trial as judged
 from compare.judge.trial import Trial
-from compare.mapping.runs import open_fields, open_run
-from compare.verdict.comparison import map_fields
+from compare.mapping.runs import map_fields, open_fields, open_run
 from compare.metrics import all_metrics
 from compare.study import sweep
 from compare.study.recipe import Recipe

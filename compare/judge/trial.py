@@ -17,8 +17,7 @@ from cases.errors import CaseError
 from compare.judge import bias, density, flow
 from compare.judge.flow import ZONES, Cells
 from compare.judge.laws import Answers, Candidate
-from compare.mapping.runs import open_fields, open_run
-from compare.verdict.comparison import map_fields
+from compare.mapping.runs import map_fields, open_fields, open_run
 
 # cos(s, D) below which a width is refused: a third of what moves is noise of single grains.
 COAXIAL = 2.0 / 3.0

@@ -8,6 +8,8 @@ from scipy import ndimage
 from cases.case import parse
 from compare.mapping.runs import Cloud, Fields, Grid, Run
 
+DENSE = "fluctuation_dense"  # what a signature calls dense_fluctuation
+
 
 def mass_quantile(x: np.ndarray, mass: np.ndarray, q: float) -> float:
     """The x that the share q of the mass lies within: the x of the first point at which the sum of
@@ -133,11 +135,30 @@ def temperature(run: Run, frame: int) -> np.ndarray:
     return run.fields[own if own in run.fields else "granular_temperature"][frame]
 
 
+def dense_fluctuation(run: Run) -> tuple[np.ndarray, np.ndarray] | None:
+    """Times [sqrt(H/g)] and, at each, the energy of fluctuations in what is dense [J]: the integral
+    of 3/2 rho T, T as `temperature` gives it, over the cells with more than half of the bulk's
+    solid fraction. None where no fields, and no signature, tell it.
+    """
+    if DENSE in run.energy:
+        return run.energy_tau(), run.energy[DENSE]
+    if run.mapped is None or "granular_temperature" not in run.fields:
+        return None
+    limit, volume = 0.5 * bulk_solid_fraction(run), run.fields.grid.cell_volume
+    held = [
+        1.5 * volume * np.nansum((rho * temperature(run, frame))[phi > limit])
+        for frame, (rho, phi) in enumerate(zip(run.fields["density"], run.fields["solid_fraction"]))
+    ]
+    return run.fields.time / run.time_scale, np.array(held)
+
+
 def has_temperature(run: Run) -> bool:
-    """Whether the law of a run of the continuum knows a granular temperature."""
+    """Whether a run knows a granular temperature: grains do, and some laws of the continuum."""
     own = "granular_temperature_state"
     held = run.energy.get("fluctuation", np.zeros(1))
-    return bool(np.any(held)) or (own in run.fields and bool(np.nanmax(run.fields[own]) > 0.0))
+    if np.any(held) or run.mapped is None:
+        return bool(np.any(held))
+    return own in run.fields and bool(np.nanmax(run.fields[own]) > 0.0)
 
 
 def stress(run: Run, frame: int) -> np.ndarray:
@@ -184,13 +205,14 @@ def example_run(
     spacing=1.0,
     engine="dem",
     diameter=0.1,
+    state=None,
     **fields,
 ):
     """A run made of arrays, for examples of metrics and statements: H = L0 = g = 1, e0 = 1, points
     of mass 1.
 
-    x: (frames, N, 3); solid_fraction and other fields: (frames, ny, nx, ...) on a grid of
-    `spacing`.
+    x: (frames, N, 3); state: records by name, (frames, N); solid_fraction and other fields:
+    (frames, ny, nx, ...) on a grid of `spacing`.
     """
     case = parse(
         "[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
@@ -201,7 +223,12 @@ def example_run(
     )
     x = np.zeros((len(time), 1, 3)) if x is None else np.asarray(x, dtype=float)
     v = np.zeros_like(x) if v is None else np.asarray(v, dtype=float)
-    clouds = [Cloud(xs, vs, np.ones(len(xs)), np.ones(len(xs))) for xs, vs in zip(x, v)]
+    ones = np.ones(x.shape[1])
+    known = {name: np.asarray(values, dtype=float) for name, values in (state or {}).items()}
+    clouds = [
+        Cloud(xs, vs, ones, ones, {name: values[i] for name, values in known.items()})
+        for i, (xs, vs) in enumerate(zip(x, v))
+    ]
     mapped = None
     if solid_fraction is not None:
         phi = np.asarray(solid_fraction, dtype=float)

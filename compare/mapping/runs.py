@@ -1,16 +1,21 @@
 """Runs of either engine and the fields mapped from them, read from HDF5."""
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
 from cases.case import Case, parse
-from cases.errors import CaseError
+from cases.errors import CaseError, EngineError
+from cases.programs import call, program
 from cases.reading import opened
+
+if TYPE_CHECKING:
+    from compare.mapping.dissipation import InPlace
 
 GLUED = 3  # record `kind` of a grain that belongs to the wall
 POINT_STATE = (
@@ -20,6 +25,7 @@ POINT_STATE = (
     "plastic_dissipation",
     "regime_4_dissipation",
 )
+DISSIPATION = {"plastic_dissipation", "regime_4_dissipation"}  # of material points [J/kg]
 
 
 @dataclass(frozen=True)
@@ -27,8 +33,10 @@ class Cloud:
     """What moves, at one instant: x, v of shape (N, 3) [m, m/s], mass (N,) [kg], solid_volume (N,)
     [m3].
 
-    `state` is what material points know themselves, each (N,): records of POINT_STATE by name, and
-    "pressure" [Pa], a third of the trace of the stress. A point keeps its row.
+    `state` is what points know themselves, each (N,): "dissipated" [J] since the release, by the
+    contacts of a grain or by plastic flow and collisions of a material point; and of material
+    points records of POINT_STATE by name, "pressure" [Pa], a third of the trace of the stress, and
+    "stress" [Pa], its Frobenius norm. A point keeps its row.
     """
 
     x: np.ndarray
@@ -72,15 +80,21 @@ class StoredClouds(Sequence[Cloud]):
                 r: np.stack([cloud[r][k][:] for k in "xyz"], axis=-1)[moving]
                 for r in ("position", "velocity")
             }
+            mass = cloud["mass"][:][moving]
             state = {name: cloud[name][:] for name in POINT_STATE if name in cloud}
             if "stress" in cloud:
-                state["pressure"] = (
-                    sum(cloud["stress"][name][:] for name in ("xx", "yy", "zz")) / 3.0
-                )
+                normal = [cloud["stress"][name][:] for name in ("xx", "yy", "zz")]
+                shear = [cloud["stress"][name][:] for name in ("xy", "yz", "zx")]
+                state["pressure"] = sum(normal) / 3.0
+                state["stress"] = np.sqrt(sum(s * s for s in [*normal, *shear, *shear]))
+            if "dissipated" in cloud:
+                state["dissipated"] = cloud["dissipated"][:][moving]
+            elif DISSIPATION <= state.keys():
+                state["dissipated"] = mass * sum(state[name] for name in DISSIPATION)
             return Cloud(
                 vector["position"],
                 vector["velocity"],
-                cloud["mass"][:][moving],
+                mass,
                 cloud["solid_volume"][:][moving],
                 state,
             )
@@ -128,7 +142,8 @@ class Run:
 
     `mass_scale` multiplies mass and energies, so that both clouds of a pair weigh the same: a slab
     of plane strain is as well a slab that much thicker. `reference_energy` [J] is the energy the
-    grains release.
+    grains release. `dissipation` is what compare.mapping.dissipation.in_place has made of the
+    frames, or what a signature keeps in their place.
     """
 
     name: str
@@ -141,6 +156,7 @@ class Run:
     mapped: Fields | None = None
     mass_scale: float = 1.0
     reference_energy: float = 1.0
+    dissipation: "InPlace | None" = None
 
     @property
     def fields(self) -> Fields:
@@ -224,6 +240,17 @@ def open_run(path: str | Path) -> Run:
         energy,
         attributes,
     )
+
+
+def map_fields(runs: list[Path], output: Path, *options):
+    """Calls grain_map; raises EngineError with its line when it fails."""
+    command = [program("grain_map"), *runs, "-o", output, "--quiet", *options]
+    environment = os.environ | {
+        "GOMP_SPINCOUNT": "0"
+    }  # waiting threads leave the cores to the engines
+    done = call(command, env=environment)
+    if done.returncode:
+        raise EngineError(done.stderr.strip() or f"grain_map: failed with code {done.returncode}")
 
 
 def open_fields(path: str | Path, name: str) -> Fields:

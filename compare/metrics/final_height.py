@@ -7,7 +7,10 @@ from compare.mapping.reductions import example_run, surface
 )
 def final_height(run):
     """Largest height of the free surface at the end, over L0; the surface is where the solid
-    fraction, followed up from the floor, falls below half of the bulk's.
+    fraction, followed up from the floor, falls below half of the bulk's. No single grain decides:
+    without the highest one it falls by 0.014 H on average of 16 packings of cases/column_ci, and
+    0.029 H at most; the height that holds 99.5 % of the mass by up to 0.033 H, the highest grain
+    itself by up to 0.041 H.
     """
     return float(surface(run, -1).max()) / run.length
 

@@ -7,12 +7,11 @@ from pathlib import Path
 
 from compare.report import report
 from compare.report.charts import all_charts
-from compare.verdict.comparison import map_fields
 from cases.errors import CaseError
 from cases.files import write_atomically
 from compare.metrics.final_height import final_height
 from compare.metrics.run_out import run_out
-from compare.mapping.runs import POINT_STATE, Run, open_fields, open_run
+from compare.mapping.runs import POINT_STATE, Run, map_fields, open_fields, open_run
 from compare.verdict.statements import judge
 
 LOSSES = {

@@ -22,6 +22,7 @@ from cases.command_line import Parser
 from cases.errors import CaseError
 from cases.files import write_atomically
 from cases.scratch import scratch
+from compare.mapping.runs import map_fields
 from compare.report.width_study import study
 
 # What a comparison writes into the folder of a run, and what it reads there.
@@ -36,6 +37,7 @@ HEADLINES = {
     "dissipated_energy": "Energy dissipated",
     "unaccounted_energy": "Energy unaccounted for",
     "wasserstein_x": "Distance of the deposits along x",
+    "moving_without_stress": "Moving without stress, continuum",
     "cpu_seconds": "Processor time",
 }
 
@@ -157,7 +159,7 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
     mpm, dem = comparison.run_files(folder)
     tell(0.0, "mapping both clouds onto one grid")
     beside = [*controls.files(folder), *siblings.files(folder)]
-    comparison.map_fields([*mpm, *dem, *beside], folder / "fields.h5", *options)
+    map_fields([*mpm, *dem, *beside], folder / "fields.h5", *options)
     tell(0.3, "metrics")
     c = comparison.load(folder)
     judged = controls.judge_all(c, folder)

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.verdict.comparison import map_fields
 from compare.mapping.reductions import bulk_solid_fraction
-from compare.mapping.runs import Run, open_fields
+from compare.mapping.runs import Run, map_fields, open_fields
 
 FIELDS = (
     "solid_fraction",

@@ -10,7 +10,7 @@ from pathlib import Path
 from cases.errors import Warned
 from compare.study import impact, job
 from compare.study.failure import DRIFT, warnings_of
-from compare.study.point import measure
+from compare.study.point import run
 from compare.study.recipe import Recipe, assignment
 
 RATIO = 1.1  # the boundary lies between two runs whose values differ by no more than this factor
@@ -51,7 +51,7 @@ def runs_of(scene: Path, task: dict):
             (*recipe.sets, assignment(task["along"], float(value))),
             timeout=recipe.timeout,
         )
-        point = measure(scene, told)
+        point = run(scene, told)
         if point["status"] == "ok" and Warned.DRIFT in warnings_of(point["warnings"]):
             point |= {"status": DRIFT, "message": point["warnings"]}
         return (

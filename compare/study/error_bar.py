@@ -13,12 +13,12 @@ import pandas as pd
 
 from cases.case import load
 from cases.stages import Stage, run_stages
-from compare.mapping.runs import open_fields, open_run
+from compare.mapping.runs import map_fields, open_fields, open_run
 from compare.metrics import all_metrics
 from compare.study import job
 from compare.study.recipe import Recipe
 from compare.verdict import siblings
-from compare.verdict.comparison import map_fields, pair
+from compare.verdict.comparison import pair
 
 # Those that are no figure of the flow's solution: what weighs, what it costs, what numerics take.
 LEFT_OUT = {"mass", "mapped_mass", "released_energy", "unaccounted_energy", "cpu_seconds"}

@@ -12,11 +12,12 @@ import numpy as np
 from cases.stages import Stage, run_stages
 
 from compare.metrics.centre_of_mass_x import centre_of_mass_x
+from compare.metrics.final_height import final_height
 from compare.metrics.kinetic_energy_peak import kinetic_energy_peak
 from compare.metrics.kinetic_energy_peak_time import kinetic_energy_peak_time
 from compare.metrics.pressure_roughness import CUBIC
 from compare.mapping.reductions import mass_quantile
-from compare.mapping.runs import Run, open_run
+from compare.mapping.runs import Run, map_fields, open_fields, open_run
 from compare.study import job
 from compare.study.recipe import Recipe
 
@@ -33,16 +34,15 @@ WHOLE_CELLS = 2  # between the surface and the points whose pressure counts
 
 
 def figures(run: Run) -> dict:
-    """Run-outs [L0] by 99.5, 99 and 95 % of the mass, centre of mass along x [L0], height [H] by
-    99.5 %, peak [of the energy
-    released] and its time [sqrt(H/g)]; accounts at the end and `loss`, of transfer and time
-    integration, over the energy released; roughness of the pressure.
+    """Of a run with its fields: run-outs [L0] by 99.5, 99 and 95 % of the mass, centre of mass
+    along x [L0], height of the free surface [L0], peak [of the energy released] and its time
+    [sqrt(H/g)]; accounts at the end and `loss`, of transfer and time integration, over the energy
+    released; roughness of the pressure.
     """
     run.reference_energy = run.released()
     end = run.clouds[-1]
-    front, near_front, most, height = (
-        mass_quantile(end.x[:, axis], end.mass, share)
-        for axis, share in ((0, 0.995), (0, 0.99), (0, 0.95), (1, 0.995))
+    front, near_front, most = (
+        mass_quantile(end.x[:, 0], end.mass, share) for share in (0.995, 0.99, 0.95)
     )
     accounts = {name: run.normalised(name)[-1] for name in ACCOUNTS if name in run.energy}
     cells, nodes = pressure_roughness(run)
@@ -52,7 +52,7 @@ def figures(run: Run) -> dict:
             "run_out_99": near_front / run.length - 1.0,
             "run_out_95": most / run.length - 1.0,
             "centre": centre_of_mass_x(run),
-            "height": height / run.height,
+            "height": final_height(run),
             "peak_time": kinetic_energy_peak_time(run),
             "peak": kinetic_energy_peak(run),
             "loss": accounts["loss_transfer"] + accounts["loss_time_integration"],
@@ -71,6 +71,14 @@ def figures(run: Run) -> dict:
             "solver": run.attributes["commit"],
         }
     )
+
+
+def at_end(result: Path) -> Run:
+    """The run of a result, with the fields of its last frame, mapped beside it."""
+    run, fields = open_run(result), result.with_name("fields.h5")
+    map_fields([result], fields, "--frame", str(len(run.time) - 1), "--threads", "1")
+    run.mapped = open_fields(fields, run.name)
+    return run
 
 
 def pressure_roughness(run: Run) -> tuple[float, float]:
@@ -130,7 +138,7 @@ def make(scene: Path, task: dict) -> dict:
         run_stages([Stage(recipe.label, recipe.words(scene, result))], quiet=True)
         return {
             name: value if isinstance(value, (int, str)) else float(value)
-            for name, value in figures(open_run(result)).items()
+            for name, value in figures(at_end(result)).items()
         }
 
 

@@ -7,11 +7,10 @@ import pandas as pd
 
 from cases.case import Case
 from compare.study.recipe import Recipe
-from compare.study.distance import WORDS, cost, errors
+from compare.study.distance import cost, errors
 from compare.verdict import siblings
 
 LEVELS = (0.02, 0.05, 0.10)
-METRICS = tuple(WORDS)
 KEYS = {
     "law": "material.law",
     "card": "material.card",
@@ -33,8 +32,9 @@ KEYS = {
 
 def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) -> pd.DataFrame:
     """One row per point: its recipe, cost [s per sqrt(H/g)], status, `error_*` from the grains'
-    mean, `bar_*`, what of it the numerics may be, told from the point's siblings, and `numerical_*`
-    from the fine-grid solution of the same law with the same card; NaN where there is none.
+    mean, `bar_*`, what of it the numerics may be, told from the point's siblings, `numerical_*`
+    from the fine-grid solution of the same law with the same card, and the continuum's share of
+    moving points without stress; NaN where there is none.
     """
     limits = {
         tuple(value_of(point, KEYS[key], scene) for key in ("law", "card")): point
@@ -68,9 +68,11 @@ def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) ->
             "cost": math.nan,
             "steps": math.nan,
             "duration": math.nan,
+            "moving_without_stress": math.nan,
         }
         if point["status"] == "ok":
             row |= {"cost": cost(point), "steps": point["steps"], "duration": point["tau"][-1]}
+            row |= {"moving_without_stress": point.get("moving_without_stress", math.nan)}
             row |= {
                 f"error_{name}": value
                 for name, value in errors(point, reference["mean"], scene).items()
@@ -148,7 +150,10 @@ def sentences(points: pd.DataFrame, reference: dict, name: str) -> list[str]:
         found = best(points, name, level)
         if found is None:
             continuum = points[
-                (points["engine"] == "mpm") & (points["status"] == "ok") & ~points["fine"]
+                (points["engine"] == "mpm")
+                & (points["status"] == "ok")
+                & ~points["fine"]
+                & points[f"error_{name}"].notna()
             ]
             nearest = continuum.loc[continuum[f"error_{name}"].idxmin()] if len(continuum) else None
             tail = (

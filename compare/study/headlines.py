@@ -22,9 +22,9 @@ from cases.errors import EngineError, exit_code
 from cases.files import write_table
 from cases.programs import call, program
 from cases.provenance import about, head
-from compare.mapping.runs import Run, open_fields, open_run
+from compare.mapping.runs import Run, map_fields, open_fields, open_run
 from compare.metrics import all_metrics
-from compare.verdict.comparison import map_fields, pair
+from compare.verdict.comparison import pair
 from compare.verdict.packings import TABLE
 
 FRICTION = ("stress_ratio", "static_friction", "dynamic_friction")

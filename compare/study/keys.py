@@ -31,16 +31,19 @@ def told(path: Path, sets: tuple[str, ...], engine: str) -> dict:
 
 
 def sources(engine: str, program: str, root: Path = ROOT) -> list[str]:
-    """Digests of what makes a result: the engine, and the module `program` with all it imports.
+    """Digests of what makes a result: the engine, the module `program` with all it imports, and
+    grain_map, which some of them call.
 
     Studies of both engines share modules; what such a module imports of the other engine's folder
     decides nothing here.
     """
+    compiled = [file for file in (root / "compare" / "mapping").glob("*.*pp*") if file.is_file()]
+    mapper = content.of_files(sorted(compiled), root)
     if engine == "dem":
-        return [grains.engine(), grains.sources(program, "dem_reference.run", root=root)]
+        return [grains.engine(), grains.sources(program, "dem_reference.run", root=root), mapper]
     modules = content.imported(program, root=root)
     ours = sorted(file for file in modules if not file.is_relative_to(root / "dem_reference"))
-    return [content.of_continuum(root), content.of_files(ours, root)]
+    return [content.of_continuum(root), content.of_files(ours, root), mapper]
 
 
 def key(program: str, recipe: Recipe, scene: case.Case, task=None, root: Path = ROOT) -> str:

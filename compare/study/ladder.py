@@ -13,6 +13,9 @@ from compare.study.recipe import Recipe, assignment
 from compare.study.distance import cost, errors, mean
 
 
+UNKNOWN = "not known"
+
+
 def rungs(scene: Case) -> list[tuple[str, Recipe]]:
     """Name and recipe of each rung, of the case's own [ladder] or of cases/ladder.toml."""
     files = [scene.path.with_name("study.toml"), ROOT / "cases" / "ladder.toml"]
@@ -46,12 +49,15 @@ def judge(
 
     The seeds' scatter enters by the jackknife: with d the error from the mean of all n seeds and
     d_i that without seed i, the pseudo-values n d - (n - 1) d_i have the mean and the scatter of d
-    [Tukey 1958]; they go through the test of every other verdict. None for a run that failed.
+    [Tukey 1958]; they go through the test of every other verdict. None for a run that failed, or
+    that does not tell the metric.
     """
     if point["status"] != "ok":
         return None
     members = reference["members"]
     n, whole = len(members), errors(point, reference["mean"], scene)[metric]
+    if np.isnan(whole):
+        return None
     without = [
         errors(point, mean(members[:i] + members[i + 1 :], scene), scene)[metric] for i in range(n)
     ]
@@ -72,7 +78,7 @@ def climb(ladder, run, judged, flight: int = 4) -> tuple[list[dict], int | None]
             points += run([recipe for _, recipe in ladder[i : i + flight]])
         point = points[i]
         found = judged(point)
-        word = found.word if found else point["status"]
+        word = found.word if found else point["status"] if point["status"] != "ok" else UNKNOWN
         tried.append(
             {"rung": name, "recipe": recipe, "point": point, "word": word, "verdict": found}
         )

@@ -19,11 +19,11 @@ from cases.case import Case, load
 from cases.errors import exit_code
 from cases.files import write_table
 from cases.provenance import about, head
-from compare.mapping.runs import Run, open_fields, open_run
+from compare.mapping.runs import Run, map_fields, open_fields, open_run
 from compare.metrics import Metric, all_metrics
 from compare.study import reference
 from compare.study.signature import expand
-from compare.verdict.comparison import map_fields, pair
+from compare.verdict.comparison import pair
 from compare.verdict.packings import MADE_OF, TABLE
 from dem_reference import ensemble
 from dem_reference.content import inputs

@@ -8,7 +8,7 @@ import pandas as pd
 
 from cases.files import write_atomically
 
-Figure = tuple[str, list[str], str]  # heading, sentences, SVG
+Figure = tuple[str, list[str], str]  # heading, sentences, SVG or ""
 
 
 def shown(cell) -> str:
@@ -34,7 +34,10 @@ def write(
         environment.get_template("page.html.j2").render(
             title=title,
             origin=origin,
-            figures=[(heading, words, svg[svg.index("<svg") :]) for heading, words, svg in figures],
+            figures=[
+                (heading, words, svg[svg.index("<svg") :] if svg else "")
+                for heading, words, svg in figures
+            ],
             tables=[
                 (heading, list(table), table.to_numpy().tolist())
                 for heading, table in tables.items()

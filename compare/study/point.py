@@ -16,7 +16,8 @@ from pathlib import Path
 from cases.case import load
 from cases.errors import Failure, code_of
 from cases.programs import call
-from compare.mapping.runs import open_run
+from compare.mapping.reductions import has_temperature
+from compare.mapping.runs import Run, map_fields, open_fields, open_run
 from compare.study import job
 from compare.study.failure import classify
 from compare.study.recipe import Recipe
@@ -40,7 +41,9 @@ def measure(scene: Path, recipe: Recipe) -> dict:
 
 
 def run(scene: Path, recipe: Recipe) -> dict:
-    """One run of the engine, as a signature or a failure."""
+    """One run of the engine, as a signature or a failure. Its fields are mapped where there is a
+    granular temperature to be told.
+    """
 
     def limited():
         resource.setrlimit(resource.RLIMIT_CPU, (int(recipe.timeout) + 1, int(recipe.timeout) + 5))
@@ -51,7 +54,7 @@ def run(scene: Path, recipe: Recipe) -> dict:
         words = recipe.words(scene, result)
         done = call(words, preexec_fn=limited, env=os.environ | {"OMP_NUM_THREADS": "1"})
         if done.returncode == 0:
-            return {"status": "ok"} | compact(open_run(result))
+            return {"status": "ok"} | compact(mapped(result))
     spent = children() - before
     said = done.stderr.strip().splitlines()
     line = said[-1] if said else f"ended with code {done.returncode} and no word"
@@ -60,6 +63,16 @@ def run(scene: Path, recipe: Recipe) -> dict:
     if code == Failure.CPU_LIMIT:
         line = f"stopped after {spent:.0f} s of processor time"
     return {"status": classify(code), "message": line, "cpu_seconds": spent}
+
+
+def mapped(result: Path) -> Run:
+    """The run of a result; with its fields, mapped beside it, where it has a temperature."""
+    found = open_run(result)
+    if has_temperature(found):
+        fields = result.with_name(f"fields_{result.name}")
+        map_fields([result], fields, "--threads", "1")
+        found.mapped = open_fields(fields, found.name)
+    return found
 
 
 def children() -> float:

@@ -3,6 +3,7 @@ another.
 """
 
 import json
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,9 @@ import numpy as np
 from cases import case, command_line, provenance, workflow
 from cases.errors import CaseError
 from cases.files import write_atomically
-from compare.mapping.runs import open_run
+from compare.mapping.runs import map_fields, open_fields, open_run
 from compare.metrics import all_metrics
-from compare.study.distance import errors, mean
+from compare.study.distance import WORDS, errors, mean
 from compare.study.signature import compact, expand
 from compare.verdict.comparison import pair
 from dem_reference import ensemble
@@ -83,7 +84,8 @@ def read(path: Path, scene: case.Case) -> dict:
             "make it again from its runs, with --ensemble DIR"
         ) from None
     refuse_others(path, made_of, scene)
-    return found
+    # of the members, as they are judged now: an error may have been another figure when it was kept
+    return found | {"scatter": scatter(found["members"], scene)}
 
 
 def refuse_others(path: Path, made_of: dict, scene: case.Case):
@@ -109,18 +111,20 @@ def of_runs(files: list[Path], scene: case.Case) -> dict:
     runs = [open_run(file) for file in files]
     for file, run in zip(files, runs):
         refuse_others(file, inputs(run.case), scene)
-    seeds = [compact(run) for run in runs]
-    left_out = [
-        errors(seed, mean([other for other in seeds if other is not seed], scene), scene)
-        for seed in seeds
-    ]
+    seeds = []
+    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+        for number, (file, run) in enumerate(zip(files, runs)):
+            fields = Path(folder) / f"{number}.h5"
+            map_fields([file], fields)
+            run.mapped = open_fields(fields, run.name)
+            seeds.append(compact(run))
     origin = {"command": runs[0].attributes["command"], "commit": runs[0].attributes["commit"]}
     return {
         "about": provenance.about("") | origin,
         "made_of": inputs(scene),
         "members": seeds,
         "mean": mean(seeds, scene),
-        "scatter": {name: [one[name] for one in left_out] for name in left_out[0]},
+        "scatter": scatter(seeds, scene),
         "cpu_seconds": [seed["cpu_seconds"] for seed in seeds],
         "cpu_seconds_packing": [seed["cpu_seconds_packing"] for seed in seeds],
         "duration": float(np.mean([seed["tau"][-1] for seed in seeds])),
@@ -129,11 +133,30 @@ def of_runs(files: list[Path], scene: case.Case) -> dict:
     }
 
 
+def scatter(seeds: list[dict], scene: case.Case) -> dict[str, list[float]]:
+    """Errors of each seed, by name, from the mean of the others."""
+    left_out = [
+        errors(seed, mean([other for other in seeds if other is not seed], scene), scene)
+        for seed in seeds
+    ]
+    return {name: [one[name] for one in left_out] for name in left_out[0]}
+
+
+def unknown(reference: dict, name: str) -> str:
+    """Why an error cannot be told from a reference; "" where it can."""
+    if not np.isnan(reference["scatter"][name]).all():
+        return ""
+    return (
+        f"{WORDS[name]}: not known (these grains were kept without what it is told from) make them "
+        "again, with --seeds 8"
+    )
+
+
 def spread(seeds: list[dict], scene: case.Case) -> dict[str, dict]:
     """Values of the scalar metrics over the seeds."""
     runs = [expand(seed, scene) for seed in seeds]
     pair([], runs)
-    names = ("run_out", "run_out_99", "dissipated_energy", "kinetic_energy_peak")
+    names = ("run_out_95", "run_out", "run_out_99", "dissipated_energy", "kinetic_energy_peak")
     values = {name: [float(all_metrics()[name](run)) for run in runs] for name in names}
     return {
         name: {"mean": float(np.mean(v)), "std": float(np.std(v, ddof=1)), "values": v}
@@ -142,4 +165,10 @@ def spread(seeds: list[dict], scene: case.Case) -> dict[str, dict]:
 
 
 def write(reference: dict, path: Path):
-    write_atomically(path, json.dumps(reference) + "\n")
+    """As JSON, which has no NaN: scatters that are unknown are left out."""
+    known = {
+        name: values
+        for name, values in reference["scatter"].items()
+        if not unknown(reference, name)
+    }
+    write_atomically(path, json.dumps(reference | {"scatter": known}) + "\n")

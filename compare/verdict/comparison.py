@@ -1,7 +1,6 @@
 """A comparison: the runs of a folder, paired, and every metric of them."""
 
 import math
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,9 +8,8 @@ import numpy as np
 
 from compare.verdict import equivalence as verdict
 from compare.verdict import siblings
-from cases.errors import CaseError, EngineError
+from cases.errors import CaseError
 from compare.metrics import Metric, all_metrics
-from cases.programs import call, program
 from compare.mapping.runs import Run, open_fields, open_run
 from compare.verdict.packings import Packings, of_run
 
@@ -47,17 +45,6 @@ def run_files(folder: Path) -> tuple[list[Path], list[Path]]:
                 f"{folder}: no {engine}.h5 (not a run's folder?). Make one with: grainpair run"
             )
     return mpm, dem
-
-
-def map_fields(runs: list[Path], output: Path, *options):
-    """Calls grain_map; raises EngineError with its line when it fails."""
-    command = [program("grain_map"), *runs, "-o", output, "--quiet", *options]
-    environment = os.environ | {
-        "GOMP_SPINCOUNT": "0"
-    }  # waiting threads leave the cores to the engines
-    done = call(command, env=environment)
-    if done.returncode:
-        raise EngineError(done.stderr.strip() or f"grain_map: failed with code {done.returncode}")
 
 
 def refuse_unpaired(runs: list[Run]):

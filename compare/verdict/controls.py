@@ -57,7 +57,8 @@ def shuffled(run: Run, seed: int = 1) -> Run:
     fields = Fields(
         run.fields.grid, run.fields.time, {k: run.fields[k][order] for k in JUDGED_FIELDS}
     )
-    return replace(run, clouds=[run.clouds[i] for i in order], energy=energy, mapped=fields)
+    clouds = [run.clouds[i] for i in order]
+    return replace(run, clouds=clouds, energy=energy, mapped=fields, dissipation=None)
 
 
 def judge(name: str, candidate: Run, c: Comparison) -> Control:

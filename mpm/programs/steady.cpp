@@ -108,7 +108,7 @@ class Sheared {
   double temperature(std::size_t i) const { return batch_.granular_temperature[i]; }
   /// Plastic flow as it was over the step: the probe is too short to leave the cone's tolerance.
   double dissipation(std::size_t i) const {  // [W/m3]
-    const double spent = plastic_[i] * steps + Energies(batch_.energies[i]).collisional / probe;
+    const double spent = plastic_[i] * steps + Energies(batch_.energies[i]).regime_4 / probe;
     return spent * grain_density_ / (1.0 + void_ratio_[i]) * conditions_[i].shear_rate;
   }
 

@@ -8,6 +8,7 @@ import pytest
 from synthetic import CASE, block, write_run
 
 from cases import case
+from compare.mapping.runs import map_fields
 from compare.verdict import comparison
 from compare.mapping import dumps
 from cases.errors import CaseError
@@ -84,7 +85,7 @@ def test_a_dump_becomes_a_run(tmp_path):
 def test_a_dump_can_be_compared(tmp_path):
     dumps.convert([write_dump(tmp_path / "a.dump", [0, 5000])], SCENE, DT, tmp_path / "dem.h5")
     write_run(tmp_path / "mpm.h5", "mpm", frames=2)
-    comparison.map_fields([tmp_path / "mpm.h5", tmp_path / "dem.h5"], tmp_path / "fields.h5")
+    map_fields([tmp_path / "mpm.h5", tmp_path / "dem.h5"], tmp_path / "fields.h5")
     metrics = comparison.evaluate(comparison.load(tmp_path))
     assert metrics["mass"]["mpm"] == pytest.approx(metrics["mass"]["dem"], rel=1e-12)
     # 5000 steps at 0.3 m/s: 0.015 m on from 0.995 of a lattice of 2 mm in 0.04 m

@@ -30,6 +30,7 @@ def test_a_distance_of_equal_runs_is_zero():
         "deposit_profile_l1",
         "deposit_profile_linf",
         "velocity_error",
+        "dissipation_distance",
     ):
         (_, b), _, _ = all_metrics()[name].example()
         assert all_metrics()[name](b, b) == 0.0

@@ -10,6 +10,7 @@ import pytest
 from synthetic import write_pair, write_run
 
 from compare import __main__ as cli
+from compare.mapping.runs import map_fields
 from compare.verdict import comparison, conclusion, controls
 from compare.report import report
 from cases.errors import CaseError, EngineError
@@ -180,7 +181,7 @@ def test_an_ensemble_gives_a_verdict(tmp_path):
     folder = write_pair(tmp_path, mpm={"frames": 3}, dem={"frames": 3})
     for seed in range(3, 6):
         write_run(folder / f"dem_{seed}.h5", "dem", seed=seed, frames=3, stretch=2.0 + 0.002 * seed)
-    comparison.map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
+    map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
     metrics = comparison.evaluate(comparison.load(folder))
     assert metrics["run_out"]["verdict"] == "agree"
     assert len(metrics["run_out"]["dem_runs"]) == 4
@@ -191,7 +192,7 @@ def test_an_engine_that_goes_another_way_differs(tmp_path):
     folder = write_pair(tmp_path, mpm={"frames": 3, "stretch": 1.5}, dem={"frames": 3})
     write_run(folder / "dem_3.h5", "dem", seed=3, frames=3, stretch=2.01)
     write_run(folder / "dem_4.h5", "dem", seed=4, frames=3, stretch=1.99)
-    comparison.map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
+    map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
     metrics = comparison.evaluate(comparison.load(folder))
     assert metrics["verdict"]["value"] == "differ"
     assert metrics["run_out"]["verdict"] == metrics["wasserstein_x"]["verdict"] == "differ"
@@ -199,7 +200,7 @@ def test_an_engine_that_goes_another_way_differs(tmp_path):
 
 def test_runs_of_two_scenes_are_refused(tmp_path):
     folder = write_pair(tmp_path, mpm={"frames": 2}, dem={"frames": 2, "height": 0.05})
-    comparison.map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
+    map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
     with pytest.raises(CaseError, match="geometry.height"):
         comparison.load(folder)
 
@@ -222,5 +223,5 @@ def test_a_point_that_escaped_is_refused(tmp_path):
     with h5py.File(folder / "mpm.h5", "a") as f:
         f["data/100/particles/cloud/position/x"][0] = 1e9
     with pytest.raises(EngineError, match="a point has escaped"):
-        comparison.map_fields([folder / "mpm.h5"], folder / "fields.h5")
+        map_fields([folder / "mpm.h5"], folder / "fields.h5")
     assert not (folder / "fields.h5").exists()

@@ -74,8 +74,8 @@ def test_deviations_are_of_means_and_of_lengths():
     coarse = pd.DataFrame({name: [1.1, 1.3] for name in (*MEASURES, "cpu_seconds")})
     rows = deviations({"d": fine, "2 d": coarse})
     assert rows["run_out_99"].tolist() == pytest.approx([0.0, 10.0])
-    assert rows["height_at_wall"].tolist() == pytest.approx([0.0, 20.0])
+    assert rows["highest_grain_at_wall"].tolist() == pytest.approx([0.0, 20.0])
     scatter = 0.2 / np.sqrt(2)
-    assert rows["height_at_wall_error"].tolist() == pytest.approx(
+    assert rows["highest_grain_at_wall_error"].tolist() == pytest.approx(
         [100 * scatter, 100 * scatter * np.sqrt(1.5)]
     )

@@ -15,7 +15,7 @@ from cases.programs import ROOT, program
 from compare import __main__ as cli
 from compare.mapping.contacts import largest_overlap
 from compare.mapping.reductions import example_run
-from compare.mapping.runs import open_run
+from compare.mapping.runs import map_fields, open_run
 from compare.metrics import all_metrics
 from compare.report.charts.map_granular_temperature import map_granular_temperature
 from compare.verdict import comparison, conclusion, findings
@@ -47,7 +47,7 @@ def one(found: list[findings.Finding]) -> findings.Finding:
 def good(tmp_path_factory):
     """A pair without a fault: (folder, comparison)."""
     folder = write_pair(tmp_path_factory.mktemp("good"), mpm={"frames": 6}, dem={"frames": 6})
-    comparison.map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
+    map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
     c = comparison.load(folder)
     c.numerical_uncertainty = {"run_out_95": 0.0}
     return folder, c
@@ -184,12 +184,14 @@ def test_columns_that_are_packed_apart(scale, void_ratios, count):
 
 
 def test_points_that_move_without_stress():
+    """Of whatever regime, 0 with a stress and 4 without one: any law is told by its stress."""
     run = example_run(engine="mpm", x=np.zeros((1, 10, 3)), v=np.ones((1, 10, 3)), energy=QUIET)
     c = Comparison([run], [])
     findings.all_checks()
     for free, count in ((1, 0), (5, 1)):
-        regime = np.where(np.arange(10) < free, 0, 2)
-        run.clouds[0] = replace(run.clouds[0], state={"regime": regime})
+        none = np.arange(10) < free
+        state = {"regime": np.where(none, 4, 0), "stress": np.where(none, 0.0, 1.0)}
+        run.clouds[0] = replace(run.clouds[0], state=state)
         found = findings.REGISTRY["without_stress"](c, {})
         assert [f.severity for f in found] == [Severity.NOTE] * count
     assert found[0].figure == pytest.approx(0.5)
@@ -268,7 +270,7 @@ def test_a_law_of_losses_makes_energies_undecidable_and_the_verdict_follows(tmp_
     folder = write_pair(
         tmp_path, mpm={"frames": 3, "dissipated": 0.89}, dem={"frames": 3, "dissipated": 0.92}
     )
-    comparison.map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
+    map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
     metrics = conclusion.conclude(comparison.load(folder), [])
     for name in ("dissipated_energy", "kinetic_energy_peak"):
         assert metrics[name]["verdict"] == "not decidable"

@@ -115,6 +115,7 @@ def test_verdict_is_a_line_a_headline_with_both_engines_and_their_difference():
         "final_height",
         "kinetic_energy_peak_time",
         "dissipated_energy",
+        "moving_without_stress",
         "cpu_seconds",
     ]
     metrics = {
@@ -128,7 +129,7 @@ def test_verdict_is_a_line_a_headline_with_both_engines_and_their_difference():
     ] = None  # a result without a number
     header, *lines = verdict(metrics).splitlines()
     assert header.split() == ["MPM", "DEM", "MPM/DEM", "-", "1"]
-    assert len(lines) == 6
+    assert len(lines) == 7
     assert lines[0].split("[L0]")[1].split() == "1.1 ± 0.03 1 ± 0.02 +10.0 % agree".split()
     assert lines[2].split()[-3:] == ["-", "1", "-"]
     assert lines[4].endswith("   not decidable: 11 % lost")

@@ -12,7 +12,7 @@ from cases.case import load, parse
 from cases.errors import CaseError
 from cases.programs import ROOT
 from compare.commands import run as run_command
-from compare.mapping.runs import open_run
+from compare.mapping.runs import map_fields, open_run
 from compare.metrics import all_metrics
 from compare.report import report
 from compare.study import headlines
@@ -35,7 +35,7 @@ def store(folder, case, values):
 def pair(tmp_path):
     """A synthetic pair, and an empty folder of cases."""
     folder = write_pair(tmp_path / "runs", mpm={"frames": 3}, dem={"frames": 3})
-    comparison.map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
+    map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
     return folder, open_run(folder / "dem.h5"), tmp_path / "cases"
 
 
@@ -168,7 +168,7 @@ def test_one_final_height_for_both_engines(tmp_path):
     """
     same = {"frames": 2, "jitter": False, "spacing": 0.001, "seed": 1}
     folder = write_pair(tmp_path, mpm=same, dem=same)
-    comparison.map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
+    map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
     metrics = comparison.evaluate(comparison.load(folder))
     for name in ("final_height", "run_out_height", "centre_of_mass_x", "run_out_95"):
         assert metrics[name]["difference"] == pytest.approx(0.0, abs=1e-9)

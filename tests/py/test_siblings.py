@@ -9,6 +9,7 @@ from synthetic import write_pair, write_run
 from cases.case import load
 from cases.programs import ROOT
 from compare import __main__ as cli
+from compare.mapping.runs import map_fields
 from compare.verdict import comparison, siblings
 
 COLUMN = ROOT / "cases" / "column"
@@ -63,7 +64,7 @@ def test_why_there_are_none_is_kept(tmp_path):
 
 def comparison_of(folder):
     files = [path for engine in comparison.run_files(folder) for path in engine]
-    comparison.map_fields([*files, *siblings.files(folder)], folder / "fields.h5")
+    map_fields([*files, *siblings.files(folder)], folder / "fields.h5")
     return comparison.load(folder)
 
 

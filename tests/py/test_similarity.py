@@ -13,7 +13,7 @@ from compare.verdict.equivalence import confidence_half_width
 
 REFERENCE = ROOT / "cases" / "column_ci" / "reference"
 SIZES = ("2mm", "20mm", "200mm")
-FIGURES = ("run_out_99", "height_at_wall", "kinetic_energy_peak", "coordination")
+FIGURES = ("run_out_99", "highest_grain_at_wall", "kinetic_energy_peak", "coordination")
 
 
 def table(name: str) -> pd.DataFrame:

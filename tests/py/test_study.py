@@ -1,6 +1,4 @@
-"""Studies: recipes, signatures, fronts, boundaries, ladders; and the smallest of each, whose main
-conclusion must hold.
-"""
+"""Recipes, signatures, fronts, boundaries, ladders; the smallest studies must still conclude so."""
 
 import json
 import math
@@ -384,7 +382,8 @@ def checkerboard(n, amplitude):
     pressure = 1.0 + amplitude * (-1.0) ** (i // 2 + j // 2)
     solid = np.ones(len(x))
     cloud = Cloud(x, 0 * x, solid, solid, {"pressure": pressure, "void_ratio": 0.7 * solid})
-    return Run("mpm", "mpm", scene, np.array([0.0]), [cloud], {}, {})
+    fields = example_run(solid_fraction=np.full((1, 2, 2), 0.5)).mapped
+    return Run("mpm", "mpm", scene, np.array([0.0]), [cloud], {}, {}, fields)
 
 
 def test_halving_the_step_changes_nothing_and_pic_everything(tmp_path):

@@ -2,11 +2,14 @@
 failures on the top edge.
 """
 
+import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from cases.style import DEM, INK
 from compare.report.charts import panels
@@ -29,33 +32,37 @@ def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> str:
     """The chart against the grains' mean; returns its SVG."""
     with plt.rc_context(STUDY_STYLE):
         figure, (axes,) = panels(1, False, height=5.2)
-        top = scatter(axes, points[~points["fine"]], f"error_{name}", path.stem)
+        shown = told(points, f"error_{name}")
+        top = scatter(axes, shown, f"error_{name}", path.stem)
         level = band(reference, name)
         typical = np.mean(reference["scatter"][name])
-        lowest = 0.7 * min(points.loc[~points["fine"], f"error_{name}"].min(), typical)
-        whiskers(axes, points[~points["fine"]], name, lowest)
+        lowest = 0.7 * np.nanmin([shown[f"error_{name}"].min(), typical])
+        handles = whiskers(axes, shown, name, lowest)
         axes.axhspan(lowest, level, color=DEM, alpha=0.10, lw=0)
         axes.plot(grain_cost(reference), typical, "*", color=DEM, ms=14, mec="white", zorder=5)
         axes.annotate(
             "the grains as\nthe case has them",
             (grain_cost(reference), typical),
             textcoords="offset points",
-            xytext=(0, 9),
+            xytext=(-10, 0),
             color=DEM,
-            ha="center",
+            ha="right",
+            va="center",
             fontsize=8.5,
         )
         axes.set_ylim(bottom=lowest)
         axes.text(
-            0.005,
+            0.995,
             level,
-            " scatter of the grains' seeds",
+            "scatter of the grains' seeds ",
             transform=axes.get_yaxis_transform(),
             color=DEM,
-            va="top",
+            va="bottom",
+            ha="right",
             fontsize=8.5,
         )
-        finish(axes, top, f"error from the grains' mean:\n{WORDS[name]}")
+        legend(axes, shown, handles)
+        finish(axes, top, "error from the grains' mean:", name)
         return save(figure, path, tips(points, path.stem, f"error_{name}"))
 
 
@@ -65,9 +72,7 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
     """
     with plt.rc_context(STUDY_STYLE):
         figure, (axes,) = panels(1, False, height=5.2)
-        own = points[
-            ~points["fine"] & ~((points["status"] == "ok") & points[f"numerical_{name}"].isna())
-        ]
+        own = told(points, f"numerical_{name}")
         top = scatter(axes, own[own["engine"] == "mpm"], f"numerical_{name}", path.stem)
         for i, (_, limit) in enumerate(
             points[points["fine"] & (points["status"] == "ok")].iterrows()
@@ -84,15 +89,21 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
                 ha="right",
                 fontsize=8,
             )
-        finish(axes, top, f"error from the law's fine-grid solution:\n{WORDS[name]}")
+        legend(axes, own[own["engine"] == "mpm"])
+        finish(axes, top, "error from the law's fine-grid solution:", name)
         return save(figure, path, tips(points, path.stem, f"numerical_{name}"))
+
+
+def told(points: pd.DataFrame, column: str) -> pd.DataFrame:
+    """Points of recipes that a chart of `column` shows: failed ones, and those with a value."""
+    return points[~points["fine"] & ((points["status"] != "ok") | points[column].notna())]
 
 
 def scatter(axes, points: pd.DataFrame, column: str, prefix: str) -> float:
     """Every point by law and series, the front as a line; returns the height of failures."""
     good, bad = points[points["status"] == "ok"], points[points["status"] != "ok"]
-    top = 2.0 * max(good[column].max(), 0.5)
-    names = {name: marker for name, marker in zip(points["series"].unique(), MARKERS * 2)}
+    top = 2.0 * max([0.5, *good[column]])
+    names = markers(points)
     best = front(good["cost"].to_numpy(), good[column].to_numpy())
     axes.step(
         good["cost"].iloc[best],
@@ -126,9 +137,19 @@ def scatter(axes, points: pd.DataFrame, column: str, prefix: str) -> float:
         xlabel="processor seconds per √(H/g) of physical time (failed runs: until they failed)",
     )
     axes.set_ylim(top=1.4 * top)
+    return top
+
+
+def markers(points: pd.DataFrame) -> dict[str, str]:
+    """The marker of each series."""
+    return dict(zip(points["series"].unique(), MARKERS * 2))
+
+
+def legend(axes, points: pd.DataFrame, more: Sequence = ()):
+    """Series by marker, laws by colour, and `more` handles."""
     handles = [
         plt.Line2D([], [], ls="none", marker=marker, color="#5d636d", label=name)
-        for name, marker in names.items()
+        for name, marker in markers(points).items()
     ]
     handles += [
         plt.Line2D([], [], ls="none", marker="o", color=LAWS[law], label=law.replace("_", " "))
@@ -140,32 +161,43 @@ def scatter(axes, points: pd.DataFrame, column: str, prefix: str) -> float:
     )
     handles += [
         plt.Line2D([], [], ls="none", marker="x", color="#5d636d", label="failed (top edge)")
-    ] * int(not bad.empty)
-    axes.legend(handles=handles, fontsize=7.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    return top
-
-
-def whiskers(axes, points: pd.DataFrame, name: str, lowest: float):
-    """What of each error from the grains the numerics may be, as a vertical line."""
-    if f"bar_{name}" not in points:
-        return
-    known = points[points[f"bar_{name}"].notna()]
-    error, width = known[f"error_{name}"], known[f"bar_{name}"]
-    axes.vlines(
-        known["cost"],
-        np.maximum(error - width, lowest),
-        error + width,
-        colors=known["law"].map(LAWS),
-        lw=0.8,
-        alpha=0.45,
-        zorder=2,
+    ] * int((points["status"] != "ok").any())
+    axes.legend(
+        handles=[*handles, *more], fontsize=7.5, loc="center left", bbox_to_anchor=(1.0, 0.5)
     )
 
 
-def finish(axes, top: float, label: str):
-    axes.set_ylabel(label)
+def whiskers(axes, points: pd.DataFrame, name: str, lowest: float) -> list:
+    """What of each error from the grains the numerics may be, as a vertical line: strong for points
+    on the front, faint for the others, whose lines would hide each other. A line that would pass
+    the lower edge ends there. Returns the legend's handle, if there are any.
+    """
+    known = points[points["status"] == "ok"]
+    best = front(known["cost"].to_numpy(), known[f"error_{name}"].to_numpy())
+    strong = set(known["key"].iloc[best])
+    known = known[known[f"bar_{name}"].notna()] if f"bar_{name}" in known else known[:0]
+    for _, row in known.iterrows():
+        error, width, ahead = row[f"error_{name}"], row[f"bar_{name}"], row["key"] in strong
+        axes.vlines(
+            row["cost"],
+            max(error - width, lowest),
+            error + width,
+            colors=LAWS[row["law"]],
+            lw=1.6 if ahead else 0.7,
+            alpha=0.8 if ahead else 0.25,
+            zorder=2,
+        )
+    line = plt.Line2D([], [], marker="|", ls="none", ms=12, color="#5d636d")
+    line.set_label("numerical error bar")
+    return [line] if len(known) else []
+
+
+def finish(axes, top: float, what: str, name: str):
+    axes.set_ylabel("\n".join([what, *textwrap.wrap(WORDS[name], 48)]))
     axes.axhline(top, color="#b3261e", lw=0.6, alpha=0.5)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g} %")
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def tips(points: pd.DataFrame, prefix: str, column: str) -> dict[str, str]:
