@@ -127,7 +127,7 @@ def keep(table: pd.DataFrame, path: Path):
     head = provenance.head(
         origin,
         "run_out [L0] by 99.5 and 99 % of the mass; height [L0] of the free surface; peak_time, "
-        "until [sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; cost: "
-        "processor time over plane strain's",
+        "until [sqrt(H/g)]; peak and energies over the energy released; solver: commit of mpm_run; "
+        "cost: processor time over plane strain's",
     )
     write_table(path, head, table)
