@@ -32,9 +32,8 @@ KEYS = {
 
 def table(points: list[dict], fine: list[dict], reference: dict, scene: Case) -> pd.DataFrame:
     """One row per point: its recipe, cost [s per sqrt(H/g)], status, `error_*` from the grains'
-    mean, `bar_*`, what of it the numerics may be, told from the point's siblings, `numerical_*`
-    from the fine-grid solution of the same law with the same card, and the continuum's share of
-    moving points without stress; NaN where there is none.
+    mean, `bar_*`, what of it the numerics may be, `numerical_*` from the fine-grid solution of the
+    same law and card, and the share of moving points without stress; NaN where there is none.
     """
     limits = {
         tuple(value_of(point, KEYS[key], scene) for key in ("law", "card")): point
