@@ -9,7 +9,8 @@ import numpy as np
 from compare.element import calibration
 from compare.commands.claims import ROOT
 from compare.element.deviations import table
-from compare.element.model import Card, Model
+from compare.element.card import Card
+from compare.element.model import Model
 
 
 @cache

@@ -14,8 +14,8 @@ from cases.programs import ROOT
 from cases.provenance import commit
 from compare.element import calibration
 from compare.element.blocks import MODEL_ERROR, Block
-from compare.element.calibration import NAMES, Fit
-from compare.element.model import Card
+from compare.element.calibration import Fit, names
+from compare.element.card import Card
 from compare.element.tests import compared_tests
 from dem_reference.grains import Grains
 
@@ -31,7 +31,13 @@ SYMBOLS = {
     "effective_restitution": "ε_eff",
     "collision_time_factor": "t_c factor",
     "correlation_factor": "L factor",
+    "correlation_onset": "Y₀",
+    "contact_share": "χ",
 }
+
+
+# Laws that can be fitted, and the correlation length that they are meant for, if not the start's.
+LENGTHS = {"solid_fluid": None, "contact_share": "softened"}
 
 
 def arguments(parser):
@@ -40,6 +46,12 @@ def arguments(parser):
         default="seed_table1",
         metavar="NAME",
         help="card the fit starts from (default: seed_table1)",
+    )
+    parser.add_argument(
+        "--law",
+        default="solid_fluid",
+        choices=sorted(LENGTHS),
+        help="law whose constants are fitted (default: solid_fluid)",
     )
     parser.add_argument(
         "--card", default="dem_mu05", metavar="NAME", help="card to write (default: dem_mu05)"
@@ -79,7 +91,9 @@ def run(options) -> int:
             f"{card_file}: is there, and was not made by calibrate (it would be lost) give another "
             "--card, or --replace"
         )
-    start = Card.read(options.start)
+    start = Card.read(options.start).with_values(law=options.law)
+    if length := LENGTHS[options.law]:
+        start = start.with_values(correlation_length=length)
     blocks, grains = calibration.evidence(options.cases)
     resampled = [
         calibration.evidence(options.cases, calibration.resample(seed))[0]
@@ -102,7 +116,8 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
         f"E_p = {grains.young_modulus:g} Pa, e_n = {grains.restitution:g}, "
         f"mu = {grains.friction:g},",
         f"# in the element tests {', '.join(most)} and {last} alone; no column was used.",
-        f"{MADE} --start {options.start} --card {options.card} " f"--bootstrap {options.bootstrap}",
+        f"{MADE} --law {options.law} --start {options.start} --card {options.card} "
+        f"--bootstrap {options.bootstrap}",
         f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",
         f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of "
         f"{MODEL_ERROR:.0%} beside the DEM's:",
@@ -118,7 +133,7 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
         "over fits to resampled seeds.",
         "[material]",
     ]
-    for name in NAMES:
+    for name in names(fit.card):
         bound = (
             "; at the edge of its interval: not determined by these tests"
             if name in fit.at_bound
@@ -128,6 +143,11 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
             f"{name} = {getattr(fit.card, name):.4g}  # {SYMBOLS[name]} +- "
             f"{fit.standard_error[name]:.2g} ({fit.bootstrap[name]:.2g}){bound}"
         )
+    if fit.card.law != "solid_fluid":
+        lines += [
+            f'law = "{fit.card.law}"',
+            f'correlation_length = "{fit.card.correlation_length}"',
+        ]
     lines += [
         f'critical_state_form = "{fit.card.critical_state_form}"'
         "  # of the three forms the one that fits best",
@@ -142,7 +162,7 @@ def table_text(fit: Fit, start: Card, options) -> str:
         f"| constant | key | {options.start} | {options.card} | ± (misfit) | ± (seeds) |",
         "|---|---|---|---|---|---|",
     ]
-    for name in NAMES:
+    for name in names(fit.card):
         edge = " (edge)" if name in fit.at_bound else ""
         lines.append(
             f"| {SYMBOLS[name]} | {name} | {getattr(start, name):.4g} | "

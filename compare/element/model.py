@@ -1,71 +1,27 @@
-"""The solid-fluid law on the element tests' paths, in closed form.
+"""The solid-fluid law and ours, with a contact share, on the element tests' paths, in closed form.
 
-An independent check of the C++, and what calibration fits. Steady simple shear, homogeneous
-cooling, triaxial compression after yield and isotropic compression need no stress integration.
+An independent check of the C++, and what calibration fits. Simple shear, homogeneous cooling,
+triaxial compression after yield and isotropic compression need no stress integration.
 Symbols as in [Ceccato2019]; compression positive; nu = 1/(1 + e).
 """
 
-import tomllib
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import asin, exp, sin, sqrt
 from typing import Protocol
 
 import numpy as np
 
-from cases.errors import CaseError
-from cases.programs import ROOT
+from compare.element.card import Card
 from dem_reference.grains import Grains
 
+LONGEST = 30.0  # of the correlation length `softened` [d]
 DENSE = 0.49  # solid fraction above which collisions correlate [Berzi2014]
 # Random close packing of spheres, where the correlation length diverges [Berzi2014].
 RANDOM_CLOSE = 0.636
 # m of the critical-state locus, by its form.
 EXPONENT = {"linear": 1.0, "two_thirds": 1.5, "square_root": 2.0}
 SQRT_PI = np.sqrt(np.pi)
-
-
-@dataclass(frozen=True)
-class Card:
-    """The constants of a material card.
-
-    Names, units and defaults are those of cases/schema.toml, table material.
-    """
-
-    bulk_stiffness: float
-    shear_stiffness: float
-    stiffness_exponent: float
-    atmospheric_pressure: float
-    stress_ratio: float
-    critical_void_ratio: float
-    critical_state_slope: float
-    critical_state_form: str
-    dilatancy: float
-    dilatancy_form: str
-    loose_void_ratio: float
-    effective_restitution: float
-    collision_time_factor: float
-    correlation_length: str
-    correlation_factor: float
-
-    @classmethod
-    def read(cls, name: str) -> "Card":
-        """cases/materials/<name>.toml, completed by the schema's defaults."""
-        schema = tomllib.loads((ROOT / "cases" / "schema.toml").read_text())["material"]
-        path = ROOT / "cases" / "materials" / f"{name}.toml"
-        if not path.exists():
-            known = ", ".join(sorted(card.stem for card in path.parent.glob("*.toml")))
-            raise CaseError(f"{path}: no such material card (known: {known})")
-        written = tomllib.loads(path.read_text())["material"]
-        return cls(
-            **{
-                field.name: written.get(field.name, schema[field.name].get("default"))
-                for field in fields(cls)
-            }
-        )
-
-    def with_values(self, **values) -> "Card":
-        return replace(self, **values)
 
 
 class Law(Protocol):
@@ -87,6 +43,9 @@ class Law(Protocol):
         ...
 
     def shear(self, nu, rate) -> dict:
+        ...
+
+    def reversal(self, nu: float, rate: float, strain, span: float) -> dict:
         ...
 
     def cooling_time(self, nu, T0, T):
@@ -150,12 +109,20 @@ class Model:
         numerator = (5 * x + 2 * (1 + e) * (3 * e - 1)) * (5 * x + 4 * (1 + e))
         return (1 + e) / 2 + np.pi / 32 * numerator / (24 - 6 * (1 - e) ** 2 - 5 * (1 - e**2))
 
-    def correlation_length(self, nu):
-        """L/d; the card's factor multiplies its excess over 1."""
+    def correlation_length(self, nu, speed=0.0):
+        """L/d; the card's factor multiplies its excess over 1.
+
+        `speed` = sqrt(T) [m/s] matters to the length `softened` alone,
+        L/d = (Y/Y_0)^(1/3) between 1 and 30, Y = 1/(1/G + kap speed) without collision-time factor.
+        """
         nu = np.asarray(nu, dtype=float)
         ee = self.card.effective_restitution
         if self.card.correlation_length == "none":
             return np.ones_like(nu)
+        if self.card.correlation_length == "softened":
+            inverse = self.inverse_G(nu) + self.kappa / self.card.collision_time_factor * speed
+            onset = self.card.correlation_onset
+            return np.clip((onset * np.maximum(inverse, 1e-9)) ** (-1 / 3), 1, LONGEST)
         if self.card.correlation_length == "jenkins":  # steady shear, c = 0.5, capped at 10 d
             x = np.maximum(self.inverse_G(nu), 1e-12)
             length = np.clip(
@@ -221,40 +188,83 @@ class Model:
             T/(gdot d)^2 = (2 J/15) (L/d)/(1 - ee^2),  Y = 1/(1/G + kap sqrt(T))
             p = 4 nu Y F rho T + p_cs
             s = 8 J nu Y rho d sqrt(T) gdot/(5 sqrt(pi)) + (s/p)_cs p_cs
+
+        The law contact_share multiplies the first part of s by 1 + chi (L/d - 1).
         """
         nu, rate = np.asarray(nu, dtype=float), np.asarray(rate, dtype=float)
+        return self.sheared(nu, rate, self.steady_speed(nu, rate))
+
+    def steady_speed(self, nu, rate):
+        """sqrt(T) of steady simple shear [m/s].
+
+        A length that depends on T falls as T^(-1/6) at most, so that a round leaves a sixth of the
+        error.
+        """
+        loss = 15 * (1 - self.card.effective_restitution**2) / 2
+        speed = rate * self.grains.diameter
+        for _ in range(20 if self.card.correlation_length == "softened" else 1):
+            length = self.correlation_length(nu, speed)
+            speed = rate * self.grains.diameter * np.sqrt(self.J(nu) / loss * length)
+        return speed
+
+    def sheared(self, nu, rate, speed) -> dict:
+        """What `shear` returns, at a granular temperature that is not the steady one."""
         d, rho = self.grains.diameter, self.grains.density
-        J = self.J(nu)
-        T = (
-            2
-            * J
-            / 15
-            * self.correlation_length(nu)
-            / (1 - self.card.effective_restitution**2)
-            * (rate * d) ** 2
-        )
-        Y = 1 / (self.inverse_G(nu) + self.kappa * np.sqrt(T))
+        Y = 1 / (self.inverse_G(nu) + self.kappa * speed)
         p_q = self.critical_pressure(nu)
+        share = 0.0
+        if self.card.law == "contact_share":
+            share = self.card.contact_share * (self.correlation_length(nu, speed) - 1)
+        collisional = 8 * self.J(nu) * nu * Y * rho * d * speed * rate / (5 * SQRT_PI)
         return {
-            "granular_temperature": T,
-            "pressure": 4 * nu * Y * self.F(nu) * rho * T + p_q,
-            "shear_stress": 8 * J * nu * Y * rho * d * np.sqrt(T) * rate / (5 * SQRT_PI)
-            + self.shear_ratio * p_q,
+            "granular_temperature": speed**2,
+            "pressure": 4 * nu * Y * self.F(nu) * rho * speed**2 + p_q,
+            "shear_stress": (1 + share) * collisional + self.shear_ratio * p_q,
         }
+
+    def reversal(self, nu: float, rate: float, strain, span: float) -> dict:
+        """Simple shear at constant volume from rest to the strain `span`, and back.
+
+        As `shear`, each (2, n): at `strain` (n,) since the start, and since the reversal, the shear
+        stress in the sense of the flow. The law has no memory of a direction: only T takes strain,
+
+            d gamma = 3 gdot (1/G + kap v) dv/(H gdot^2 - Q v^2),  v = sqrt(T),
+            H = 8 J d/(5 sqrt(pi)),  Q = 12 (1 - ee^2)/(sqrt(pi) L).
+
+        The strain in which dilatancy comes to its end is left out: the quasi-static stress is
+        critical at once.
+        """
+        d, ee = self.grains.diameter, self.card.effective_restitution
+        steady = self.steady_speed(nu, rate)
+        speed = steady * -np.expm1(-np.linspace(0, 18, 600))
+        H = 8 * self.J(nu) * d / (5 * SQRT_PI)
+        Q = 12 * (1 - ee**2) / (SQRT_PI * self.correlation_length(nu, speed) * d)
+        slope = (
+            3 * rate * (self.inverse_G(nu) + self.kappa * speed) / (H * rate**2 - Q * speed**2)
+        )
+        mean = (slope[1:] + slope[:-1]) / 2
+        reached = np.concatenate([[0.0], np.cumsum(mean * np.diff(speed))])
+        strain = np.asarray(strain, dtype=float)
+        return self.sheared(nu, rate, np.interp([strain, span + strain], reached, speed))
 
     def cooling_time(self, nu, T0, T):
         """When homogeneous cooling has brought T0 down to T [s].
 
         (1/G + kap v) dv/dt = -c v^2 with v = sqrt(T), c = 4 (1 - ee^2)/(sqrt(pi) L), so
-        t = [ (1/v - 1/v0)/G + kap ln(v0/v) ]/c.
+        t = [ (1/v - 1/v0)/G + kap ln(v0/v) ]/c unless L depends on v.
         """
         v0, v = np.sqrt(T0), np.sqrt(T)
-        c = (
-            4
-            * (1 - self.card.effective_restitution**2)
-            / (SQRT_PI * self.correlation_length(nu) * self.grains.diameter)
-        )
-        return (self.inverse_G(nu) * (1 / v - 1 / v0) + self.kappa * np.log(v0 / v)) / c
+        c = 4 * (1 - self.card.effective_restitution**2) / (SQRT_PI * self.grains.diameter)
+        if self.card.correlation_length != "softened":
+            c = c / self.correlation_length(nu)
+            return (self.inverse_G(nu) * (1 / v - 1 / v0) + self.kappa * np.log(v0 / v)) / c
+        # a length that changes on the way: Gauss-Legendre in ln v
+        nodes, weights = np.polynomial.legendre.leggauss(64)
+        half = np.log(v0 / v) / 2
+        speed = np.exp(np.log(v0 * v)[..., None] / 2 + half[..., None] * nodes)
+        nu = np.asarray(nu, dtype=float)[..., None]
+        rate = c * speed / (self.inverse_G(nu) + self.kappa * speed)
+        return half * ((self.correlation_length(nu, speed) / rate) @ weights)
 
     def isotropic(self, void_ratio, pressure, pressures):
         """Void ratio at `pressures` on the elastic path through (void_ratio, pressure)."""

@@ -148,6 +148,8 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
                                     of(points.plastic));
     records.template scalar<double>("collisional_dissipation", "J/kg", speed_squared,
                                     of(points.collisional));
+    records.template scalar<double>("contact_dissipation", "J/kg", speed_squared,
+                                    of(points.contact));
     records.template scalar<double>("conducted", "J/kg", speed_squared, of(points.conducted));
   });
 }
@@ -191,6 +193,8 @@ void Output::finish(const std::string& end_reason, double cpu_seconds, double wa
     account("dissipated_plastic", "dissipated by plastic flow [Ceccato2019, Eq. 9]",
             &EnergyLedger::plastic);
     account("dissipated_collisional", "dissipated by collisions", &EnergyLedger::collisional);
+    account("dissipated_contact", "dissipated by enduring contacts of grains that flow",
+            &EnergyLedger::contact);
     account("dissipated_wall", "work done on the walls", &EnergyLedger::wall);
     account("loss_transfer", "numerical: lost between points and grid", &EnergyLedger::transfer);
     account("loss_time_integration", "numerical: lost by the finite step",

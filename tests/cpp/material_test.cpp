@@ -46,7 +46,7 @@ class Point {
   int regime = 255;
 
   double held() const { return energies.stored + energies.fluctuation; }
-  double dissipated() const { return energies.plastic + energies.collisional; }
+  double dissipated() const { return energies.plastic + energies.collisional + energies.contact; }
 
  private:
   void keep_results() {
@@ -112,6 +112,7 @@ void follow_random_paths(Point& point, int paths, double largest, double created
       ASSERT_NEAR(point.work, point.held() - held + point.dissipated(), 1e-12 * scale);
       ASSERT_GE(point.energies.plastic, -created * scale);
       ASSERT_GE(point.energies.collisional, 0.0);
+      ASSERT_GE(point.energies.contact, 0.0);
       ASSERT_GE(point.held(), 0.0);
       held = point.held();
     }
@@ -168,7 +169,7 @@ TEST_P(EveryLaw, PointsTogetherEqualPointsAlone) {
       // another there
       const auto& e = alone.energies[0];
       ASSERT_NEAR(together.work[i], alone.work[0],
-                  4e-16 * (2.0 * e.stored + e.plastic + e.fluctuation + e.collisional +
+                  4e-16 * (2.0 * e.stored + e.plastic + e.fluctuation + e.collisional + e.contact +
                            std::abs(alone.work[0])))
           << i;
       regimes.insert(alone.regime[0]);
@@ -307,7 +308,8 @@ TEST_P(LawByRates, RandomPathsBalanceAndDissipate) {
   follow_random_paths(point, 500, -3.0, 1e-6);
 }
 
-INSTANTIATE_TEST_SUITE_P(Registry, LawByRates, testing::Values("critical_state", "solid_fluid"),
+INSTANTIATE_TEST_SUITE_P(Registry, LawByRates,
+                         testing::Values("critical_state", "solid_fluid", "contact_share"),
                          [](const auto& test) { return test.param; });
 
 class LawWithoutCohesion : public testing::TestWithParam<std::string> {};

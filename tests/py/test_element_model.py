@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from compare.element.model import Card, Model, simple_shear_ratio
+from compare.element.card import Card
+from compare.element.model import Model, simple_shear_ratio
 from dem_reference.grains import Grains
 
 
