@@ -33,11 +33,15 @@ SYMBOLS = {
     "correlation_factor": "L factor",
     "correlation_onset": "Y₀",
     "contact_share": "χ",
+    "fabric_strain": "γ_s",
 }
 
 
-# Laws that can be fitted, and the correlation length that they are meant for, if not the start's.
-LENGTHS = {"solid_fluid": None, "contact_share": "softened"}
+# Laws that can be fitted, and what they begin with in place of the start's.
+LAWS: dict[str, dict] = {
+    "solid_fluid": {},
+    "contact_share": {"correlation_length": "softened", "fabric_strain": 0.2},
+}
 
 
 def arguments(parser):
@@ -50,7 +54,7 @@ def arguments(parser):
     parser.add_argument(
         "--law",
         default="solid_fluid",
-        choices=sorted(LENGTHS),
+        choices=sorted(LAWS),
         help="law whose constants are fitted (default: solid_fluid)",
     )
     parser.add_argument(
@@ -91,12 +95,10 @@ def run(options) -> int:
             f"{card_file}: is there, and was not made by calibrate (it would be lost) give another "
             "--card, or --replace"
         )
-    start = Card.read(options.start).with_values(law=options.law)
-    if length := LENGTHS[options.law]:
-        start = start.with_values(correlation_length=length)
-    blocks, grains = calibration.evidence(options.cases)
+    start = Card.read(options.start).with_values(law=options.law, **LAWS[options.law])
+    blocks, grains = calibration.evidence(options.cases, card=start)
     resampled = [
-        calibration.evidence(options.cases, calibration.resample(seed))[0]
+        calibration.evidence(options.cases, calibration.resample(seed), start)[0]
         for seed in range(options.bootstrap)
     ]
     fit = calibration.fit(blocks, grains, start, resampled)
@@ -110,7 +112,7 @@ def run(options) -> int:
 
 def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
     """The material card, with where it comes from and every constant's uncertainty in comments."""
-    *most, last = (test.name for test in compared_tests())
+    *most, last = (test.name for test in compared_tests() if test.within(fit.card))
     lines = [
         f"# {options.card}: calibrated on grains of d = {grains.diameter * 1e3:g} mm, "
         f"E_p = {grains.young_modulus:g} Pa, e_n = {grains.restitution:g}, "

@@ -35,6 +35,7 @@ PARAMETERS = (
     ("correlation_factor", 0.02, 50.0, True),
     ("correlation_onset", 0.5, 200.0, True),
     ("contact_share", 0.0, 2.0, False),
+    ("fabric_strain", 0.01, 5.0, True),
 )
 
 
@@ -48,10 +49,13 @@ class Fit:
     at_bound: list[str]  # parameters at the edge of their interval: not determined by the data
 
 
-def evidence(cases: Path, choose: Choose = every) -> tuple[list[Block], Grains]:
+def evidence(
+    cases: Path, choose: Choose = every, card: Card | None = None
+) -> tuple[list[Block], Grains]:
     """The blocks of all element tests under the folder `cases`, and the grains they share.
 
-    CaseError where a test has no measured point, or grains of its own.
+    Without those that the law of `card`, if one is given, cannot follow. CaseError where a test has
+    no measured point, or grains of its own.
     """
     blocks: list[Block] = []
     grains: set[Grains] = set()
@@ -69,7 +73,8 @@ def evidence(cases: Path, choose: Choose = every) -> tuple[list[Block], Grains]:
                 f"{case.path}: its grains differ from the other tests' (a card belongs to one kind "
                 "of grain)"
             )
-        blocks += test.blocks(test.fitted(rows), choose)
+        if card is None or test.within(card):
+            blocks += test.blocks(test.fitted(rows), choose)
     return blocks, grains.pop()
 
 
@@ -86,6 +91,8 @@ def fitted(card: Card) -> list[tuple[str, float, float, bool]]:
     without = {"correlation_factor"} if softened else {"correlation_onset"}
     if card.law != "contact_share":
         without.add("contact_share")
+    if card.fabric_strain == 0:
+        without.add("fabric_strain")
     return [parameter for parameter in PARAMETERS if parameter[0] not in without]
 
 

@@ -33,6 +33,7 @@ class Card:
     correlation_factor: float
     correlation_onset: float
     contact_share: float
+    fabric_strain: float
 
     @classmethod
     def read(cls, name: str) -> "Card":

@@ -11,6 +11,7 @@ from math import asin, exp, sin, sqrt
 from typing import Protocol
 
 import numpy as np
+from scipy.interpolate import interp1d
 
 from compare.element.card import Card
 from dem_reference.grains import Grains
@@ -22,6 +23,7 @@ RANDOM_CLOSE = 0.636
 # m of the critical-state locus, by its form.
 EXPONENT = {"linear": 1.0, "two_thirds": 1.5, "square_root": 2.0}
 SQRT_PI = np.sqrt(np.pi)
+SHEARED = ("granular_temperature", "pressure", "shear_stress")
 
 
 class Law(Protocol):
@@ -39,13 +41,16 @@ class Law(Protocol):
     def nu_c(self) -> float:
         ...
 
+    def __hash__(self) -> int:
+        ...
+
     def frictionless(self) -> "Law":
         ...
 
     def shear(self, nu, rate) -> dict:
         ...
 
-    def reversal(self, nu: float, rate: float, strain, span: float) -> dict:
+    def reversal(self, nu, rate, strain, span: float) -> dict:
         ...
 
     def cooling_time(self, nu, T0, T):
@@ -86,33 +91,40 @@ class Model:
 
     # --- collisional part -------------------------------------------------------------------------
 
-    def inverse_G(self, nu):
+    def inverse_G(self, nu, structure=1.0):
         """1/G = 1/(nu g0), zero at and above nu_c.
 
         g0 = (1 - w) CS + 2 w/(nu_c - nu), w = ((nu - nu_m)/(nu_c - nu_m))^2, CS Carnahan and
-        Starling's.
+        Starling's. Grains without the `structure` that shear makes, from 0 to 1, jam at random
+        close packing, in a law that has a fabric: 1/G is the mean of both by `structure`.
         """
+        if self.card.fabric_strain == 0 or np.all(structure == 1):
+            return self.inverse_G_of_pole(nu, self.nu_c)
+        loose = self.inverse_G_of_pole(nu, RANDOM_CLOSE)
+        return loose + structure * (self.inverse_G_of_pole(nu, self.nu_c) - loose)
+
+    def inverse_G_of_pole(self, nu, pole):
         nu = np.asarray(nu, dtype=float)
         nu_m = 1 / (1 + self.card.loose_void_ratio)
         carnahan_starling = (2 - nu) / (2 * (1 - nu) ** 3)
-        w = np.clip((nu - nu_m) / (self.nu_c - nu_m), 0, 1) ** 2
-        gap = np.maximum(self.nu_c - nu, 0)
+        w = np.clip((nu - nu_m) / (pole - nu_m), 0, 1) ** 2
+        gap = np.maximum(pole - nu, 0)
         return gap / (nu * (gap * (1 - w) * carnahan_starling + 2 * w))
 
-    def F(self, nu):
+    def F(self, nu, structure=1.0):
         """F = (1 + e_n)/2 + 1/(4 G)."""
-        return (1 + self.grains.restitution) / 2 + self.inverse_G(nu) / 4
+        return (1 + self.grains.restitution) / 2 + self.inverse_G(nu, structure) / 4
 
-    def J(self, nu):
+    def J(self, nu, structure=1.0):
         """J of Garzo & Dufty 1999; 1/G^2 carried so that it holds at G = infinity."""
-        e, x = self.grains.restitution, self.inverse_G(nu)
+        e, x = self.grains.restitution, self.inverse_G(nu, structure)
         numerator = (5 * x + 2 * (1 + e) * (3 * e - 1)) * (5 * x + 4 * (1 + e))
         return (1 + e) / 2 + np.pi / 32 * numerator / (24 - 6 * (1 - e) ** 2 - 5 * (1 - e**2))
 
-    def correlation_length(self, nu, speed=0.0):
+    def correlation_length(self, nu, speed=0.0, structure=1.0):
         """L/d; the card's factor multiplies its excess over 1.
 
-        `speed` = sqrt(T) [m/s] matters to the length `softened` alone,
+        `speed` = sqrt(T) [m/s] and `structure` matter to the length `softened` alone,
         L/d = (Y/Y_0)^(1/3) between 1 and 30, Y = 1/(1/G + kap speed) without collision-time factor.
         """
         nu = np.asarray(nu, dtype=float)
@@ -120,7 +132,8 @@ class Model:
         if self.card.correlation_length == "none":
             return np.ones_like(nu)
         if self.card.correlation_length == "softened":
-            inverse = self.inverse_G(nu) + self.kappa / self.card.collision_time_factor * speed
+            softness = self.kappa / self.card.collision_time_factor
+            inverse = self.inverse_G(nu, structure) + softness * speed
             onset = self.card.correlation_onset
             return np.clip((onset * np.maximum(inverse, 1e-9)) ** (-1 / 3), 1, LONGEST)
         if self.card.correlation_length == "jenkins":  # steady shear, c = 0.5, capped at 10 d
@@ -207,45 +220,71 @@ class Model:
             speed = rate * self.grains.diameter * np.sqrt(self.J(nu) / loss * length)
         return speed
 
-    def sheared(self, nu, rate, speed) -> dict:
-        """What `shear` returns, at a granular temperature that is not the steady one."""
+    def sheared(self, nu, rate, speed, structure=1.0, along=None) -> dict:
+        """What `shear` returns at another granular temperature, `structure` and alignment.
+
+        `along` = a:n of the fabric, 1/sqrt(1 + gamma_s^2) in steady shear.
+        """
         d, rho = self.grains.diameter, self.grains.density
-        Y = 1 / (self.inverse_G(nu) + self.kappa * speed)
+        Y = 1 / (self.inverse_G(nu, structure) + self.kappa * speed)
         p_q = self.critical_pressure(nu)
         share = 0.0
         if self.card.law == "contact_share":
-            share = self.card.contact_share * (self.correlation_length(nu, speed) - 1)
-        collisional = 8 * self.J(nu) * nu * Y * rho * d * speed * rate / (5 * SQRT_PI)
+            steady = 1 / np.hypot(1, self.card.fabric_strain)
+            excess = self.correlation_length(nu, speed, structure) - 1
+            share = self.card.contact_share * excess * (steady if along is None else along)
+        viscosity = 8 * self.J(nu, structure) * nu * Y * rho * d * speed / (5 * SQRT_PI)
         return {
             "granular_temperature": speed**2,
-            "pressure": 4 * nu * Y * self.F(nu) * rho * speed**2 + p_q,
-            "shear_stress": (1 + share) * collisional + self.shear_ratio * p_q,
+            "pressure": 4 * nu * Y * self.F(nu, structure) * rho * speed**2 + p_q,
+            "shear_stress": (1 + share) * viscosity * rate + self.shear_ratio * p_q,
         }
 
-    def reversal(self, nu: float, rate: float, strain, span: float) -> dict:
+    def reversal(self, nu, rate, strain, span: float) -> dict:
         """Simple shear at constant volume from rest to the strain `span`, and back.
 
-        As `shear`, each (2, n): at `strain` (n,) since the start, and since the reversal, the shear
-        stress in the sense of the flow. The law has no memory of a direction: only T takes strain,
+        As `shear`, each (2, points, n): at `strain` (n,) since the start, and since the turn, of
+        points `nu`, `rate` (points,); the shear stress in the sense of the flow. T follows
 
-            d gamma = 3 gdot (1/G + kap v) dv/(H gdot^2 - Q v^2),  v = sqrt(T),
-            H = 8 J d/(5 sqrt(pi)),  Q = 12 (1 - ee^2)/(sqrt(pi) L).
+            dv/d gamma = (H gdot^2 - Q v^2)/(3 gdot (1/G + kap v)),  v = sqrt(T),
+            H = 8 J d/(5 sqrt(pi)),  Q = 12 (1 - ee^2)/(sqrt(pi) L),
 
-        The strain in which dilatancy comes to its end is left out: the quasi-static stress is
-        critical at once.
+        exactly over steps in which G, L and the Y of their start are kept. The strain in which
+        dilatancy comes to its end is left out: the quasi-static stress is critical at once.
         """
+        nu, rate = (np.atleast_1d(np.asarray(x, dtype=float)) for x in (nu, rate))
         d, ee = self.grains.diameter, self.card.effective_restitution
-        steady = self.steady_speed(nu, rate)
-        speed = steady * -np.expm1(-np.linspace(0, 18, 600))
-        H = 8 * self.J(nu) * d / (5 * SQRT_PI)
-        Q = 12 * (1 - ee**2) / (SQRT_PI * self.correlation_length(nu, speed) * d)
-        slope = (
-            3 * rate * (self.inverse_G(nu) + self.kappa * speed) / (H * rate**2 - Q * speed**2)
-        )
-        mean = (slope[1:] + slope[:-1]) / 2
-        reached = np.concatenate([[0.0], np.cumsum(mean * np.diff(speed))])
-        strain = np.asarray(strain, dtype=float)
-        return self.sheared(nu, rate, np.interp([strain, span + strain], reached, speed))
+        grid = span * np.linspace(0, 1, 161) ** 2  # fine where things change
+        speed, fabric, legs = 1e-3 * rate * d, 0j, []
+        for _ in range(2):
+            fabrics = self.fabric(grid, fabric)
+            kept = []
+            for step, z in zip(np.diff(grid, prepend=0.0), fabrics):
+                x = min(1.0, abs(z)) if self.card.fabric_strain else 1.0
+                H = 8 * self.J(nu, x) * d / (5 * SQRT_PI)
+                Q = 12 * (1 - ee**2) / (SQRT_PI * self.correlation_length(nu, speed, x) * d)
+                end = rate * np.sqrt(H / Q)
+                inverse = 3 * rate * (self.inverse_G(nu, x) + self.kappa * speed)
+                passed = np.tanh(rate * np.sqrt(H * Q) / inverse * step)
+                speed = end * (speed + end * passed) / (end + speed * passed)
+                answer = self.sheared(nu, rate, speed, x, max(0.0, z.real))
+                kept.append([answer[name] for name in SHEARED])
+            legs.append(np.array(kept))
+            fabric = -np.conj(fabrics[-1])
+        at = interp1d(grid, np.array(legs), axis=1)(np.asarray(strain, dtype=float))
+        return {name: at[..., i, :].swapaxes(1, 2) for i, name in enumerate(SHEARED)}
+
+    def fabric(self, strain, start: complex):
+        """a of the law contact_share in simple shear: along the flow, and, imaginary, beside it.
+
+        dz/d gamma = (sqrt(1 + gamma_s^2) - z)/gamma_s + i z from `start`; seen from a flow that has
+        turned round, z is - conj z.
+        """
+        gamma_s = self.card.fabric_strain
+        if gamma_s == 0:
+            return np.ones_like(strain, dtype=complex)
+        steady = np.hypot(1, gamma_s) / (1 - 1j * gamma_s)
+        return steady + (start - steady) * np.exp((1j - 1 / gamma_s) * strain)
 
     def cooling_time(self, nu, T0, T):
         """When homogeneous cooling has brought T0 down to T [s].
@@ -258,13 +297,13 @@ class Model:
         if self.card.correlation_length != "softened":
             c = c / self.correlation_length(nu)
             return (self.inverse_G(nu) * (1 / v - 1 / v0) + self.kappa * np.log(v0 / v)) / c
-        # a length that changes on the way: Gauss-Legendre in ln v
+        # a length that changes on the way, of a gas without structure: Gauss-Legendre in ln v
         nodes, weights = np.polynomial.legendre.leggauss(64)
         half = np.log(v0 / v) / 2
         speed = np.exp(np.log(v0 * v)[..., None] / 2 + half[..., None] * nodes)
         nu = np.asarray(nu, dtype=float)[..., None]
-        rate = c * speed / (self.inverse_G(nu) + self.kappa * speed)
-        return half * ((self.correlation_length(nu, speed) / rate) @ weights)
+        rate = c * speed / (self.inverse_G(nu, 0.0) + self.kappa * speed)
+        return half * ((self.correlation_length(nu, speed, 0.0) / rate) @ weights)
 
     def isotropic(self, void_ratio, pressure, pressures):
         """Void ratio at `pressures` on the elastic path through (void_ratio, pressure)."""

@@ -101,8 +101,13 @@ class PointModel:
         shear = abs(end["sigma_q_xy"][-1] + end["sigma_c_xy"][-1])
         return end["granular_temperature"][-1], end["p_q"][-1] + end["p_c"][-1], shear
 
-    def reversal(self, nu: float, rate: float, strain, span: float) -> dict:
+    def reversal(self, nu, rate, strain, span: float) -> dict:
         """Simple shear at constant volume from rest, and back; see Model.reversal."""
+        pairs = zip(np.atleast_1d(nu), np.atleast_1d(rate))
+        answers = [self._reversed(float(a), float(b), strain, span) for a, b in pairs]
+        return {name: np.stack([one[name] for one in answers], axis=1) for name in answers[0]}
+
+    def _reversed(self, nu: float, rate: float, strain, span: float) -> dict:
         legs = [
             f'path = "simple_shear"\nrate = {rate!r}\nstrain = {sense * span!r}\nsteps = 20000'
             for sense in (1, -1)

@@ -78,8 +78,13 @@ class KineticTheory {
   /// pole at nu_c.
   template <class Real>
   Real inverse_g(const Real& e) const {
-    const Real nu = 1.0 / (1.0 + e), gap = nu_c_ - nu;
-    const Real root = larger(nu - nu_m_, Real(0.0)) * (1.0 / (nu_c_ - nu_m_)), w = root * root;
+    return inverse_g(e, nu_c_);
+  }
+  /// The same with the pole at the solid fraction `pole` in place of nu_c.
+  template <class Real>
+  Real inverse_g(const Real& e, double pole) const {
+    const Real nu = 1.0 / (1.0 + e), gap = pole - nu;
+    const Real root = larger(nu - nu_m_, Real(0.0)) * (1.0 / (pole - nu_m_)), w = root * root;
     // CS = above/below
     const Real above = 2.0 - nu, below = 2.0 * (1.0 - nu) * (1.0 - nu) * (1.0 - nu);
     const Real inverse = gap * below / (nu * (gap * (1.0 - w) * above + 2.0 * w * below));
@@ -116,8 +121,14 @@ class KineticTheory {
 
   template <class Real>
   Coefficients<Real> coefficients(const Real& e, const Real& shear_rate, const Real& s) const {
+    return coefficients(e, inverse_g(e), shear_rate, s);
+  }
+  /// The same at 1/G = i.
+  template <class Real>
+  Coefficients<Real> coefficients(const Real& e, const Real& i, const Real& shear_rate,
+                                  const Real& s) const {
     const double d = parameters.diameter;
-    const Real i = inverse_g(e), j = J(i);
+    const Real j = J(i);
     const Real length = correlation_length(e, i, j, shear_rate, s);
     return {i,
             4.0 * F(i),

@@ -16,10 +16,24 @@ namespace grainpair {
 /// A law beside whose collisions no contacts endure.
 struct NoContacts {
   explicit NoContacts(const Case&) {}
+
+  template <class Real>
+  struct Memory {};
+
+  template <class Real>
+  Memory<Real> followed(const Memory<Real>& old, const DeformationOf<Real>&) const {
+    return old;
+  }
+  template <class Real>
+  Real inverse_g(const KineticTheory& gas, const Real& e, const Memory<Real>&) const {
+    return gas.inverse_g(e);
+  }
 };
 
 /// `Contacts` says what enduring contacts add to the collisions: nothing (NoContacts), or, derived
-/// from WithContacts, `share(c)`, their shear stress over that of collisions of coefficients c.
+/// from WithContacts, `share(c, memory, dev)`, their shear stress over that of collisions of
+/// coefficients c where dev D is `dev`. Their Memory follows the strain (`followed`), and the
+/// contact value 1/G of collisions may depend on it (`inverse_g`).
 template <class Contacts>
 class SolidFluidWith : public Contacts {
  public:
@@ -27,6 +41,8 @@ class SolidFluidWith : public Contacts {
   template <class Real>
   struct State {
     Tensor<Real> strain = Tensor<Real>::Zero();  // as of QuasiStaticState
+    // tensors first: among scalars they would need padding, and states are arrays of numbers
+    [[no_unique_address]] typename Contacts::template Memory<Real> memory{};
     Real regime = collisional;
     Real speed = 0.0;      // sqrt(T) [m/s]
     Real viscosity = 0.0;  // lam + 4 eta/3 [Pa s]
@@ -41,7 +57,7 @@ class SolidFluidWith : public Contacts {
     const Deformation still{SymTensor::Zero(), Vec3::Zero(), 0.0, start.void_ratio,
                             start.void_ratio};
     return in_parallel(model_.initial(start.sigma, start.void_ratio), still,
-                       collisions_ ? std::sqrt(start.granular_temperature) : 0.0);
+                       collisions_ ? std::sqrt(start.granular_temperature) : 0.0, {});
   }
 
   template <class Real>
@@ -51,7 +67,7 @@ class SolidFluidWith : public Contacts {
     return in_parallel(
         rates_ ? (*rates_)(turned, increment, step.void_ratio_old, step.void_ratio)
                : model_.implicit(turned, increment, step.void_ratio_old, step.void_ratio),
-        step, old.speed);
+        step, old.speed, Contacts::followed(old.memory, step));
   }
 
   template <class Real>
@@ -83,13 +99,14 @@ class SolidFluidWith : public Contacts {
   /// sigma = sigma_q + sigma_c [Ceccato2019, Eq. 6] and the energies per mass of both.
   template <class Real>
   Response<Real, State> in_parallel(const QuasiStaticResponse<Real>& q,
-                                    const DeformationOf<Real>& step, const Real& old_speed) const {
+                                    const DeformationOf<Real>& step, const Real& old_speed,
+                                    const typename Contacts::template Memory<Real>& memory) const {
     const Real e = step.void_ratio;
     const double per_mass = model_.volume.per_mass;
     Response<Real, State> r;
     r.regime = q.state.regime;
     r.sigma = model_.volume.cauchy(e) * q.stress;
-    r.state = {q.state.strain, q.state.regime, old_speed, 0.0};
+    r.state = {q.state.strain, memory, q.state.regime, old_speed, 0.0};
     r.energies.stored = per_mass * q.stored;
     r.energies.plastic = per_mass * q.dissipated;
     r.work = per_mass * q.work;
@@ -98,7 +115,8 @@ class SolidFluidWith : public Contacts {
       const Real trD = trace(step.D) - step.mixing, dt = step.dt;
       const Tensor<Real> dev = deviator(step.D);
       const Real gdot2 = 2.0 * dev.squaredNorm();
-      const auto c = gas_.coefficients(e, sqrt(gdot2), old_speed);
+      const auto c =
+          gas_.coefficients(e, Contacts::inverse_g(gas_, e, memory), sqrt(gdot2), old_speed);
       const Real s = gas_.advance(c, old_speed, gdot2, trD, dt);
       const Real Y = gas_.softened(c, s), density = gas_.parameters.density * (1.0 / (1.0 + e));
       const Real p_c = c.P * Y * s * s, eta = c.H * Y * s, lam = c.B * Y * s;  // per bulk density
@@ -113,7 +131,7 @@ class SolidFluidWith : public Contacts {
       r.work += in_step * (p_c * trD + lam * trD * trD + eta * gdot2);
       r.energies.collisional = in_step * c.Q * Y * s * s * s;
       if constexpr (std::is_base_of_v<WithContacts, Contacts>) {
-        const Real eta_k = Contacts::share(c) * eta;
+        const Real eta_k = Contacts::share(c, memory, dev) * eta;
         r.sigma += (2.0 * bulk * eta_k) * dev;
         r.state.viscosity += bulk * (4.0 / 3.0 * eta_k);
         r.energies.contact = in_step * (eta_k * gdot2);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <complex>
+
 #include "mpm/materials/kinetic_theory.hpp"
 #include "tests/cpp/block.hpp"
 
@@ -86,6 +88,66 @@ TEST_P(ContactShare, OfNothingIsTheSeedsLaw) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Dense, ContactShare, testing::Values(0.57, 0.58));
+
+/// x of the fabric, told by pressure and temperature: 1/G solves p = 4 F nu rho T/(1/G + kap
+/// sqrt(T)), F = (1 + e_n)/2 + 1/(4 G), and lies between its values with structure and without.
+double structure(const KineticTheory& gas, double e, double temperature, double pressure) {
+  const double s = std::sqrt(temperature), scale = 2532.0 / (1.0 + e) * temperature;
+  const double F0 = 0.5 * (1.0 + gas.parameters.restitution);
+  const double i = (4.0 * F0 * scale / pressure - gas.kap * s) / (1.0 - scale / pressure);
+  const double with = gas.inverse_g(e), without = gas.inverse_g(e, KineticTheory::nu_rcp);
+  return (i - without) / (with - without);
+}
+
+/// From rest to a strain of 1, and the other way: x at every 1/50 of strain.
+std::vector<double> structures(double fabric_strain, double nu) {
+  const Case constants = Case::load(
+      GRAINPAIR_SOURCE "/cases/column/case.toml",
+      {"material.law=contact_share", fmt::format("material.fabric_strain={}", fabric_strain)});
+  const auto body = material_registry().at("contact_share")(constants);
+  const KineticTheory gas(constants);
+  const double e = 1.0 / nu - 1.0, rate = 100.0, dt = 1e-4 / rate;
+  body->resize(1);
+  Batch batch(1);
+  const InitialState cold{SymTensor::Zero(), e, 1e-15};
+  body->initialise(0, {&cold, 1}, batch);
+  std::vector<double> found;
+  for (int i = 0; i < 20000; ++i) {
+    const double turn = i < 10000 ? rate : -rate;
+    batch.steps.set(0, {SymTensor{0, 0, 0, turn / std::numbers::sqrt2, 0, 0},
+                        Vec3{0.0, 0.0, -0.5 * turn}, dt, e, e});
+    body->update(0, batch);
+    if ((i + 1) % 200 == 0)
+      found.push_back(
+          structure(gas, e, batch.granular_temperature[0], trace(batch.sigma[0]) / 3.0));
+  }
+  return found;
+}
+
+TEST(ContactFabric, FormsAndTurnsWithStrain) {
+  // along the flow and beside it, z' = (sqrt(1 + g^2) - z)/g + i z; turned round, z is - conj z
+  using Complex = std::complex<double>;
+  const double g = 0.2;
+  const Complex steady = std::sqrt(1.0 + g * g) / Complex(1.0, -g);
+  const auto found = structures(g, 0.57);
+  Complex start = 0.0;
+  double least = 1.0;
+  for (std::size_t leg = 0; leg < 2; ++leg) {
+    Complex z;
+    for (std::size_t i = 0; i < 50; ++i) {
+      const double strain = 0.02 * (static_cast<double>(i) + 1.0);
+      z = steady + (start - steady) * std::exp(Complex(-1.0 / g, 1.0) * strain);
+      // backward Euler in steps of 1e-4 strain is off by half of one over g, times the change left
+      EXPECT_NEAR(found[50 * leg + i], std::min(1.0, std::abs(z)), 1e-3) << leg << ' ' << i;
+      if (leg == 1) least = std::min(least, found[50 + i]);
+    }
+    start = -std::conj(z);
+  }
+  EXPECT_LT(found[0], 0.2);
+  EXPECT_GT(found[49], 0.98);
+  EXPECT_LT(least, 0.3);
+  for (const double x : structures(0.0, 0.57)) EXPECT_NEAR(x, 1.0, 1e-9);  // the control
+}
 
 TEST(ContactShareLoose, LooserThanTheOnsetThereIsNone) {
   EXPECT_EQ(sheared("contact_share", material(chi), 0.45, 100.0).contact, 0.0);

@@ -21,6 +21,7 @@ CARDS["contact_share"] = CARDS["dem_mu05"].with_values(
     effective_restitution=0.54,
     collision_time_factor=4.2,
 )
+CARDS["fabric"] = CARDS["contact_share"].with_values(fabric_strain=0.2)
 
 
 @pytest.fixture(params=CARDS)
@@ -44,12 +45,21 @@ def test_reversal(models, nu, strain):
 
     A path of steps of 1e-4 strain, at 0.02 of it, is 0.5 % behind where T rises fastest.
     """
-    driven, closed = (model.reversal(nu, 100.0, np.array(strain), 2.0) for model in models)
+    at = np.array(strain)
+    driven, closed = (model.reversal([nu, nu], [100.0, 20.0], at, 2.0) for model in models)
     for name in closed:
         assert driven[name] == pytest.approx(closed[name], rel=0.03), name
     # the control: not there yet
     rise = models[1].reversal(0.57, 100.0, np.array([0.002, 1.0]), 2.0)["granular_temperature"]
-    assert rise[0, 0] < 0.5 * rise[0, 1]
+    assert rise[0, 0, 0] < 0.5 * rise[0, 0, 1]
+
+
+def test_a_fabric_is_what_turns(models):
+    """Only with one the pressure falls when the flow turns."""
+    for model in models:
+        (pressure,) = model.reversal(0.58, 20.0, np.array([0.15, 1.9]), 2.0)["pressure"][1]
+        falls = pressure[0] < 0.3 * pressure[1]
+        assert falls == (model.card.fabric_strain > 0)
 
 
 def test_a_share_of_contacts_is_told_from_none(models):
