@@ -127,15 +127,18 @@ class Model:
         `speed` = sqrt(T) [m/s] and `structure` matter to the length `softened` alone,
         L/d = (Y/Y_0)^(1/3) between 1 and 30, Y = 1/(1/G + kap speed) without collision-time factor.
         """
+        return self.length(nu, self.inverse_G(nu, structure), speed)
+
+    def length(self, nu, inverse, speed):
+        """L/d where 1/G is `inverse`, for the length that depends on it."""
         nu = np.asarray(nu, dtype=float)
         ee = self.card.effective_restitution
         if self.card.correlation_length == "none":
             return np.ones_like(nu)
         if self.card.correlation_length == "softened":
-            softness = self.kappa / self.card.collision_time_factor
-            inverse = self.inverse_G(nu, structure) + softness * speed
+            softened = inverse + self.kappa / self.card.collision_time_factor * speed
             onset = self.card.correlation_onset
-            return np.clip((onset * np.maximum(inverse, 1e-9)) ** (-1 / 3), 1, LONGEST)
+            return np.clip((onset * np.maximum(softened, 1e-9)) ** (-1 / 3), 1, LONGEST)
         if self.card.correlation_length == "jenkins":  # steady shear, c = 0.5, capped at 10 d
             x = np.maximum(self.inverse_G(nu), 1e-12)
             length = np.clip(
@@ -258,18 +261,20 @@ class Model:
         speed, fabric, legs = 1e-3 * rate * d, 0j, []
         for _ in range(2):
             fabrics = self.fabric(grid, fabric)
-            kept = []
-            for step, z in zip(np.diff(grid, prepend=0.0), fabrics):
-                x = min(1.0, abs(z)) if self.card.fabric_strain else 1.0
-                H = 8 * self.J(nu, x) * d / (5 * SQRT_PI)
-                Q = 12 * (1 - ee**2) / (SQRT_PI * self.correlation_length(nu, speed, x) * d)
-                end = rate * np.sqrt(H / Q)
-                inverse = 3 * rate * (self.inverse_G(nu, x) + self.kappa * speed)
-                passed = np.tanh(rate * np.sqrt(H * Q) / inverse * step)
-                speed = end * (speed + end * passed) / (end + speed * passed)
-                answer = self.sheared(nu, rate, speed, x, max(0.0, z.real))
-                kept.append([answer[name] for name in SHEARED])
-            legs.append(np.array(kept))
+            x = np.minimum(1.0, np.abs(fabrics))[:, None]
+            inverse, speeds = self.inverse_G(nu, x) + 0 * x, []
+            H = 8 * self.J(nu, x) * d / (5 * SQRT_PI) + 0 * x
+            for n, step in enumerate(np.diff(grid, prepend=0.0)):
+                Q = 12 * (1 - ee**2) / (SQRT_PI * self.length(nu, inverse[n], speed) * d)
+                end = rate * np.sqrt(H[n] / Q)
+                passed = (
+                    rate**2 * H[n] / end / (3 * rate * (inverse[n] + self.kappa * speed)) * step
+                )
+                speed = end * (speed + end * np.tanh(passed)) / (end + speed * np.tanh(passed))
+                speeds.append(speed)
+            along = np.maximum(0.0, fabrics.real)[:, None]
+            answer = self.sheared(nu, rate, np.array(speeds), x, along)
+            legs.append(np.stack([answer[name] for name in SHEARED], axis=1))
             fabric = -np.conj(fabrics[-1])
         at = interp1d(grid, np.array(legs), axis=1)(np.asarray(strain, dtype=float))
         return {name: at[..., i, :].swapaxes(1, 2) for i, name in enumerate(SHEARED)}
