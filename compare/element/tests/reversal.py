@@ -205,7 +205,8 @@ def draw(rows: Rows, models: dict[str, Law], path: Path) -> list[Path]:
                 axes.plot(strain, scale * law[i], style, color=colour, linewidth=1.1)
         column[0].set(title=f"{rate:g} /s", yscale="log")
         column[1].set(yscale="log")
-        column[2].set(xlabel="strain since the reversal")
+        # a law without contacts at rest begins far above
+        column[2].set(xlabel="strain since the reversal", ylim=(-0.3, 1.3))
     for axes, label in zip(panels[:, 0], ("T / (γ̇d)²", "p [Pa]", "s / p")):
         axes.set_ylabel(label)
     panels[0, -1].legend(fontsize=8)
