@@ -18,7 +18,7 @@ POINT_STATE = (
     "void_ratio",
     "deviatoric_strain",
     "plastic_dissipation",
-    "collisional_dissipation",
+    "regime_4_dissipation",
 )
 
 

@@ -7,22 +7,20 @@ from compare.mapping.reductions import example_run
 )
 def dissipation_split(mpm, dem):
     """Half the sum of the absolute differences of three shares of the released energy E0 at the
-    end: dissipated by collisions (of the grains: by contacts shorter than the threshold),
+    end: dissipated in regime 4 (of the grains: by contacts shorter than the threshold),
     dissipated otherwise, and unaccounted for. Undefined where either side did not split its
     dissipation.
     """
     if not all(
-        {"dissipated_collisional", "dissipated_short"} & run.energy.keys() for run in (mpm, dem)
+        {"dissipated_regime_4", "dissipated_short"} & run.energy.keys() for run in (mpm, dem)
     ):
         return float("nan")
 
     def shares(run):
-        collisional = (
-            run.normalised("dissipated_collisional")[-1] + run.normalised("dissipated_short")[-1]
-        )
+        apart = run.normalised("dissipated_regime_4")[-1] + run.normalised("dissipated_short")[-1]
         return (
-            collisional,
-            run.normalised("dissipated")[-1] - collisional,
+            apart,
+            run.normalised("dissipated")[-1] - apart,
             run.normalised("unaccounted")[-1],
         )
 
@@ -35,7 +33,7 @@ def example():
         energy={
             "time": [0],
             "dissipated": [0.9],
-            "dissipated_collisional": [0.2],
+            "dissipated_regime_4": [0.2],
             "unaccounted": [0.1],
         }
     )

@@ -23,7 +23,7 @@ from compare.study.recipe import Recipe
 JITTER = 1e-10  # point spacings that a perturbed run's points are displaced by
 ACCOUNTS = (
     "dissipated_plastic",
-    "dissipated_collisional",
+    "dissipated_regime_4",
     "dissipated_contact",
     "loss_transfer",
     "loss_time_integration",
@@ -60,7 +60,7 @@ def figures(run: Run) -> dict:
         }
         | accounts
         | {
-            "split": accounts["dissipated_collisional"] / accounts["dissipated_plastic"]
+            "split": accounts["dissipated_regime_4"] / accounts["dissipated_plastic"]
             if accounts.get("dissipated_plastic")
             else float("nan"),
             "roughness_cells": cells,

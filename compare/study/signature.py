@@ -17,7 +17,7 @@ HISTORY = (
     "kinetic",
     "potential",
     "dissipated",
-    "dissipated_collisional",
+    "dissipated_regime_4",
     "dissipated_short",
     "unaccounted",
 )

@@ -1,7 +1,7 @@
 """The energy budget of a run: what the released energy has become, account by account.
 
 Totals and times compare one to one between the engines. The accounts of dissipation do not: the
-grains' contacts know normal and tangential work, the continuum knows plastic and collisional
+grains' contacts know normal and tangential work, the continuum knows plastic flow and regime 4
 dissipation, and that of enduring contacts in a law that has them; they stand side by side and are
 never equated by name. Numerical losses and residuals are accounts of their own.
 """
@@ -21,7 +21,7 @@ class Account:
 ACCOUNTS = {
     "mpm": (
         ("plastic", "dissipated", "dissipated_plastic"),
-        ("collisional", "dissipated", "dissipated_collisional"),
+        ("in regime 4", "dissipated", "dissipated_regime_4"),
         ("enduring contacts", "dissipated", "dissipated_contact"),
         ("at walls", "dissipated", "dissipated_wall"),
         ("transfer loss", "numerical", "loss_transfer"),

@@ -129,7 +129,7 @@ class SolidFluidWith : public Contacts {
       r.state.speed = select(matter, s, old_speed);
       r.state.viscosity = bulk * (lam + 4.0 / 3.0 * eta);
       r.work += in_step * (p_c * trD + lam * trD * trD + eta * gdot2);
-      r.energies.collisional = in_step * c.Q * Y * s * s * s;
+      r.energies.regime_4 = in_step * c.Q * Y * s * s * s;
       if constexpr (std::is_base_of_v<WithContacts, Contacts>) {
         const Real eta_k = Contacts::share(c, memory, dev) * eta;
         r.sigma += (2.0 * bulk * eta_k) * dev;

@@ -146,8 +146,8 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
     records.template scalar<double>("deviatoric_strain", "-", none, of(points.deviatoric_strain));
     records.template scalar<double>("plastic_dissipation", "J/kg", speed_squared,
                                     of(points.plastic));
-    records.template scalar<double>("collisional_dissipation", "J/kg", speed_squared,
-                                    of(points.collisional));
+    records.template scalar<double>("regime_4_dissipation", "J/kg", speed_squared,
+                                    of(points.regime_4));
     records.template scalar<double>("contact_dissipation", "J/kg", speed_squared,
                                     of(points.contact));
     records.template scalar<double>("conducted", "J/kg", speed_squared, of(points.conducted));
@@ -192,7 +192,8 @@ void Output::finish(const std::string& end_reason, double cpu_seconds, double wa
             &EnergyLedger::fluctuation);
     account("dissipated_plastic", "dissipated by plastic flow [Ceccato2019, Eq. 9]",
             &EnergyLedger::plastic);
-    account("dissipated_collisional", "dissipated by collisions", &EnergyLedger::collisional);
+    account("dissipated_regime_4", "dissipated in regime 4, by the collisions of a law",
+            &EnergyLedger::regime_4);
     account("dissipated_contact", "dissipated by enduring contacts of grains that flow",
             &EnergyLedger::contact);
     account("dissipated_wall", "work done on the walls", &EnergyLedger::wall);

@@ -58,7 +58,7 @@ class Body {
                        PointSums& sums) = 0;
   /// state[i] <- state[order[i]]; called whenever the solver reorders its points.
   virtual void reorder(std::span<const std::uint32_t> order) = 0;
-  /// Whether grains may have a granular temperature, dissipate by collisions, or be viscous.
+  /// Whether grains may have a granular temperature, dissipate in regime 4, or be viscous.
   virtual bool fluctuates() const = 0;
   /// Of granular temperature [Pa s]; 0 for a law without.
   virtual double conductivity(std::size_t point, double void_ratio) const = 0;

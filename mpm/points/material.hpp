@@ -35,13 +35,13 @@ struct DeformationOf {
 using Deformation = DeformationOf<double>;
 
 /// Energies per unit mass of solid [J/kg]: stored and fluctuation are held in the new state,
-/// plastic, collisional and contact (by enduring contacts of grains that flow) were dissipated
+/// plastic, regime_4 and contact (by enduring contacts of grains that flow) were dissipated
 /// during the update. sigma_bar : D dt (1+e)/rho_s = d(stored + fluctuation) + plastic +
 /// collisional + contact, where sigma_bar is the mean stress `work_stress` the law reports.
 template <class Real>
 struct EnergiesOf {
   Real stored = 0.0, plastic = 0.0;
-  Real fluctuation = 0.0, collisional = 0.0;
+  Real fluctuation = 0.0, regime_4 = 0.0;
   Real contact = 0.0;
 };
 using Energies = EnergiesOf<double>;
@@ -102,7 +102,7 @@ struct Athermal {
 /// A law that dissipates in contacts that endure while grains flow.
 struct WithContacts {};
 
-/// Which energies a law has beside stored and plastic: fluctuation and collisional, and contact.
+/// Which energies a law has beside stored and plastic: fluctuation and regime_4, and contact.
 /// What it has not is zero, and nobody carries it.
 struct Accounts {
   bool fluctuates, contacts;

@@ -280,9 +280,9 @@ class MaterialPoints {
     if constexpr (accounts.fluctuates) {
       block.store(law.granular_temperature, points.granular_temperature);
       block.store(law.energies.fluctuation, points.fluctuation);
-      block.store(block.load(points.collisional) + law.energies.collisional, points.collisional);
+      block.store(block.load(points.regime_4) + law.energies.regime_4, points.regime_4);
       sums.energies.fluctuation += m * law.energies.fluctuation;
-      sums.energies.collisional += m * law.energies.collisional;
+      sums.energies.regime_4 += m * law.energies.regime_4;
     }
     if constexpr (accounts.contacts) {
       block.store(block.load(points.contact) + law.energies.contact, points.contact);

@@ -45,7 +45,7 @@ class Point {
     static constexpr std::uint32_t trial[] = {1, 1};
     body_->reorder(trial);
     void_ratio = next_void_ratio_;
-    gone.plastic += energies.plastic, gone.collisional += energies.collisional;
+    gone.plastic += energies.plastic, gone.regime_4 += energies.regime_4;
     gone.contact += energies.contact, worked += work;
   }
   SymTensor quasi_static_stress() const { return body_->quasi_static_stress(0, sigma, void_ratio); }
@@ -133,7 +133,7 @@ void declare(PointHistory& history) {
   add("stored", "J/kg", "elastic energy");
   add("fluctuation", "J/kg", "energy of the velocity fluctuations");
   add("plastic_dissipation", "J/kg", "dissipated by plastic strain since the start");
-  add("collisional_dissipation", "J/kg", "dissipated by collisions since the start");
+  add("regime_4_dissipation", "J/kg", "dissipated in regime 4 since the start");
   add("contact_dissipation", "J/kg", "dissipated by enduring contacts since the start");
   add("work", "J/kg", "stress work since the start");
   add("gibbs_energy", "J/m3",
@@ -166,8 +166,8 @@ PointHistory drive(const PointPath& path) {
     for (const double value :
          {trace(sigma_q) / 3.0, von_mises(sigma_q), trace(sigma_c) / 3.0, von_mises(sigma_c),
           point.temperature, static_cast<double>(point.regime), point.energies.stored,
-          point.energies.fluctuation, point.gone.plastic, point.gone.collisional,
-          point.gone.contact, point.worked, hyperelastic.gibbs_energy(sigma_q)})
+          point.energies.fluctuation, point.gone.plastic, point.gone.regime_4, point.gone.contact,
+          point.worked, hyperelastic.gibbs_energy(sigma_q)})
       put(value);
   };
   record();

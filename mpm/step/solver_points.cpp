@@ -33,7 +33,7 @@ void Solver<D>::update_points(StrainedPoints strained, double dt, Moves moves) {
     ledger_.stored += reduce(s.energies.stored);
     ledger_.fluctuation += reduce(s.energies.fluctuation);
     ledger_.plastic += reduce(s.energies.plastic);
-    ledger_.collisional += reduce(s.energies.collisional);
+    ledger_.regime_4 += reduce(s.energies.regime_4);
     ledger_.contact += reduce(s.energies.contact);
     ledger_.detached += s.detached;
     if (s.fastest.rate > fastest_.rate) fastest_ = s.fastest;
@@ -43,7 +43,7 @@ void Solver<D>::update_points(StrainedPoints strained, double dt, Moves moves) {
   // The grid gave its own figure for this work when it accelerated; what the two do not agree on is
   // the integrator's.
   const auto absorbed_by = [](const EnergyLedger& l) {
-    return l.stored + l.fluctuation + l.plastic + l.collisional + l.contact;
+    return l.stored + l.fluctuation + l.plastic + l.regime_4 + l.contact;
   };
   const double absorbed = absorbed_by(ledger_) - absorbed_by(before);
   ledger_.time_integration -= absorbed;

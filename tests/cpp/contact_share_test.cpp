@@ -42,7 +42,7 @@ Steady sheared(const std::string& law, const Case& constants, double nu, double 
   return {batch.granular_temperature[0],
           trace(batch.sigma[0]) / 3.0,
           batch.sigma[0][3] / std::numbers::sqrt2,
-          energies.collisional / dt,
+          energies.regime_4 / dt,
           energies.contact / dt,
           batch.stability[0].viscosity};
 }
@@ -63,8 +63,8 @@ TEST_P(ContactShare, IsWhatItsLengthSaysInSteadyShear) {
     // a lag of the length by one step of 1e-3 strain is what is left once steady
     EXPECT_NEAR(with.shear, (1.0 + share) * without.shear, 1e-6 * with.shear);
     // steady, so the collisions dissipate their own work
-    EXPECT_NEAR(with.contact, share * with.collisional, 1e-6 * with.collisional);
-    EXPECT_NEAR((with.collisional + with.contact) * 2532.0 * nu, with.shear * rate,
+    EXPECT_NEAR(with.contact, share * with.regime_4, 1e-6 * with.regime_4);
+    EXPECT_NEAR((with.regime_4 + with.contact) * 2532.0 * nu, with.shear * rate,
                 1e-6 * with.shear * rate);
     const double shear_viscosity = (with.shear - without.shear) / rate;
     EXPECT_NEAR(with.viscosity - without.viscosity, 4.0 / 3.0 * shear_viscosity,
@@ -187,8 +187,8 @@ TEST(ContactShareLedger, TakesTheWorkOfTheShare) {
   };
   const EnergyLedger none = step(0.0), some = step(0.2);
   EXPECT_EQ(none.contact, 0.0);
-  EXPECT_GT(some.contact, 0.01 * some.collisional);  // there was something to take
-  EXPECT_EQ(some.collisional, none.collisional);
+  EXPECT_GT(some.contact, 0.01 * some.regime_4);  // there was something to take
+  EXPECT_EQ(some.regime_4, none.regime_4);
 }
 
 }  // namespace

@@ -110,11 +110,11 @@ TEST(Ledger, CollisionalIsTheHeatThatCools) {
     heat(again, T);
     auto other = again.build<BSpline<2>>();
     other->step(1e-7);
-    return 2.0 * held * 1e-7 / other->ledger().collisional;  // tau
+    return 2.0 * held * 1e-7 / other->ledger().regime_4;  // tau
   };
   const double tau = short_run(), left = held / std::pow(1.0 + solver->time() / tau, 2);
   EXPECT_LT(left, 0.9 * held);
-  EXPECT_NEAR(solver->ledger().collisional, held - left, 0.02 * (held - left));
+  EXPECT_NEAR(solver->ledger().regime_4, held - left, 0.02 * (held - left));
   EXPECT_NEAR(solver->ledger().numerical(), 0.0, 1e-9 * held);
 }
 

@@ -54,7 +54,7 @@ class Point {
   int regime = 255;
 
   double held() const { return energies.stored + energies.fluctuation; }
-  double dissipated() const { return energies.plastic + energies.collisional + energies.contact; }
+  double dissipated() const { return energies.plastic + energies.regime_4 + energies.contact; }
 
  private:
   void keep_results() {
@@ -119,7 +119,7 @@ void follow_random_paths(Point& point, int paths, double largest, double created
       const double scale = std::abs(point.work) + held + point.held() + point.dissipated();
       ASSERT_NEAR(point.work, point.held() - held + point.dissipated(), 1e-12 * scale);
       ASSERT_GE(point.energies.plastic, -created * scale);
-      ASSERT_GE(point.energies.collisional, 0.0);
+      ASSERT_GE(point.energies.regime_4, 0.0);
       ASSERT_GE(point.energies.contact, 0.0);
       ASSERT_GE(point.held(), 0.0);
       held = point.held();
@@ -177,7 +177,7 @@ TEST_P(EveryLaw, PointsTogetherEqualPointsAlone) {
       // another there
       const auto& e = alone.energies[0];
       ASSERT_NEAR(together.work[i], alone.work[0],
-                  4e-16 * (2.0 * e.stored + e.plastic + e.fluctuation + e.collisional + e.contact +
+                  4e-16 * (2.0 * e.stored + e.plastic + e.fluctuation + e.regime_4 + e.contact +
                            std::abs(alone.work[0])))
           << i;
       regimes.insert(alone.regime[0]);

@@ -49,7 +49,7 @@ steps = 4000
   // hard limit, 54.7 /s; softness slows it by t_c omega = 7e-3 at most, and decreasing
   const double expected = 1e-2 / std::pow(1.0 + 54.7 * 0.09, 2);
   EXPECT_NEAR(history["granular_temperature"].back(), expected, 0.02 * expected);
-  EXPECT_NEAR(history["fluctuation"].back() + history["collisional_dissipation"].back(),
+  EXPECT_NEAR(history["fluctuation"].back() + history["regime_4_dissipation"].back(),
               history["fluctuation"].front(), 1e-14);
 }
 
@@ -126,10 +126,9 @@ steps = 8000
   EXPECT_GT(history["plastic_dissipation"].back(), 0.0);
   const double held = history["stored"].back() + history["fluctuation"].back() -
                       history["stored"].front() - history["fluctuation"].front();
-  EXPECT_NEAR(
-      history["work"].back(),
-      held + history["plastic_dissipation"].back() + history["collisional_dissipation"].back(),
-      1e-12 * history["work"].back());
+  EXPECT_NEAR(history["work"].back(),
+              held + history["plastic_dissipation"].back() + history["regime_4_dissipation"].back(),
+              1e-12 * history["work"].back());
 }
 
 TEST_F(PointPaths, BiaxialAndConstantStressShearHoldWhatTheyHold) {

@@ -19,9 +19,9 @@ class Precision : public testing::TestWithParam<const char*> {
   /// The largest difference of an account, over the energy released [-].
   static double difference(const Simulation& a, const Simulation& b, double released) {
     const auto accounts = [](const EnergyLedger& l) {
-      return std::array{l.kinetic,         l.potential,   l.stored,   l.fluctuation,
-                        l.plastic,         l.collisional, l.contact,  l.wall,
-                        l.mixing,          l.detached,    l.transfer, l.conduction,
+      return std::array{l.kinetic,         l.potential, l.stored,   l.fluctuation,
+                        l.plastic,         l.regime_4,  l.contact,  l.wall,
+                        l.mixing,          l.detached,  l.transfer, l.conduction,
                         l.time_integration};
     };
     const auto one = accounts(a.ledger()), other = accounts(b.ledger());

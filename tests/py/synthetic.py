@@ -210,7 +210,7 @@ def _accounts(engine, loss, dissipated) -> dict:
         return both | {
             "fluctuation": none,
             "dissipated_plastic": 0.6 * gone,
-            "dissipated_collisional": 0.4 * gone,
+            "dissipated_regime_4": 0.4 * gone,
             "dissipated_wall": none,
             "loss_transfer": 0.7 * rest,
             "loss_time_integration": 0.3 * rest,

@@ -140,7 +140,7 @@ def test_the_folder_holds_what_it_should(folder):
     names = {p.stem for p in (folder / "figures").iterdir()}
     assert names == {
         "deviatoric_strain",
-        "collisional_dissipation",
+        "regime_4_dissipation",
         "plastic_dissipation",
         "zones",
         "internal_energies",
@@ -161,7 +161,7 @@ def test_statements_are_those_of_the_file(folder):
     with h5py.File(folder / "mpm.h5") as f:
         energy = {name: data[:] for name, data in f["energy"].items()}
     released = energy["potential"][0] - energy["potential"][-1]
-    ratio = energy["dissipated_collisional"][-1] / energy["dissipated_plastic"][-1]
+    ratio = energy["dissipated_regime_4"][-1] / energy["dissipated_plastic"][-1]
     assert statements["collisions_dissipate_more"]["figure"] == pytest.approx(ratio, rel=1e-12)
     assert statements["fluctuation_energy_negligible"]["figure"] == pytest.approx(
         energy["fluctuation"].max() / released, rel=1e-12

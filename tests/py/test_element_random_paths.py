@@ -84,7 +84,7 @@ def drive(given_path: dict, folder, *extra: str) -> dict:
                 "stored",
                 "fluctuation",
                 "plastic_dissipation",
-                "collisional_dissipation",
+                "regime_4_dissipation",
                 "contact_dissipation",
                 "granular_temperature",
                 "regime",
@@ -109,7 +109,7 @@ def test_random_paths_balance_and_dissipate(tmp_path_factory, given_path):
     turnover = held[0] + np.cumsum(np.abs(np.diff(r["work"], prepend=0.0))) + held + gone
     assert np.all(np.abs(r["work"] - (held - held[0]) - gone) <= 1e-12 * turnover)
     assert np.all(np.diff(r["plastic_dissipation"]) >= -1e-14 * turnover[1:])
-    assert np.all(np.diff(r["collisional_dissipation"]) >= 0.0)
+    assert np.all(np.diff(r["regime_4_dissipation"]) >= 0.0)
     assert np.all(np.diff(r["contact_dissipation"]) >= 0.0)
     assert np.all(r["granular_temperature"] >= 0.0) and np.all(held >= 0.0)
     if given_path["law"] not in ("linear_elastic",):

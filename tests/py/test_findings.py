@@ -237,7 +237,7 @@ def test_energies_without_an_audit():
     for dem in (without, open_balance):
         assert one(seen("no_audit", dem=dem)).severity == Severity.CAUTION
     split = all_metrics()["dissipation_split"]
-    mpm = example_run(engine="mpm", energy=QUIET | {"dissipated_collisional": [0.0, 0.0]})
+    mpm = example_run(engine="mpm", energy=QUIET | {"dissipated_regime_4": [0.0, 0.0]})
     assert np.isnan(split(mpm, example_run(energy=QUIET | {"dissipated": [0.0, 1.0]})))
 
 

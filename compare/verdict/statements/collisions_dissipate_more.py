@@ -5,29 +5,27 @@ from compare.verdict.statements import Finding, loss, statement
 
 
 @statement(
-    text="Collisions dissipate significantly more than plastic flow",
+    text="Significantly more is dissipated in regime 4 (collisions) than by plastic flow",
     source="Figure 6",
-    unit="Γc : Γq",
+    unit="regime 4 : plastic",
     bound="> 1, losses and all",
     order=3,
 )
 def collisions_dissipate_more(run):
-    """Energy dissipated by collisions over that by plastic flow, both until the end. It holds only
-    if collisions exceed plastic flow together with the size of all numerical losses: then no joule
+    """Energy dissipated in regime 4 over that by plastic flow, both until the end. It holds only
+    if the first exceeds the second together with the size of all numerical losses: then no joule
     that the numerics ate could turn it round.
     """
-    collisional, plastic = (
-        run.joules(f"dissipated_{kind}")[-1] / run.released() for kind in ("collisional", "plastic")
+    fluid, plastic = (
+        run.joules(f"dissipated_{kind}")[-1] / run.released() for kind in ("regime_4", "plastic")
     )
     end = run.energy_tau()[-1]
     lost = abs(loss(run, end))
-    words = f"{100 * collisional:.1f} % against {100 * plastic:.1f} % of the energy released"
-    return Finding(
-        collisional / plastic if plastic else np.inf, collisional > plastic + lost, end, words
-    )
+    words = f"{100 * fluid:.1f} % against {100 * plastic:.1f} % of the energy released"
+    return Finding(fluid / plastic if plastic else np.inf, fluid > plastic + lost, end, words)
 
 
-def dissipating(collisional, plastic, lost):
+def dissipating(fluid, plastic, lost):
     t = np.linspace(0.0, 5.0, 51)
     return example_run(
         engine="mpm",
@@ -36,7 +34,7 @@ def dissipating(collisional, plastic, lost):
             "potential": 2.0 - t / 5.0,
             "kinetic": 0.0 * t,
             "unaccounted": lost * t / 5.0,
-            "dissipated_collisional": collisional * t / 5.0,
+            "dissipated_regime_4": fluid * t / 5.0,
             "dissipated_plastic": plastic * t / 5.0,
         },
     )

@@ -4,24 +4,23 @@ from compare.verdict.statements.plastic_at_the_sliding_surface import sliding
 
 
 @statement(
-    text="Collisional dissipation mainly occurs inside the mobilised mass",
+    text="Dissipation in regime 4 (collisional) mainly occurs inside the mobilised mass",
     source="Figure 4",
-    unit="of the collisional dissipation",
+    unit="of the dissipation in regime 4",
     bound="> 0.5",
     order=9,
 )
 def collisions_inside_the_mass(run):
-    """Share of the collisional dissipation in mobilised mass away from the sliding surface and the
-    base, zones as for the plastic dissipation. That it lies in mobilised mass at all says less; the
-    share in all that moves stands beside it.
+    """Share of the dissipation in regime 4 in mobilised mass away from the sliding surface and
+    the base, zones as for the plastic dissipation. That it lies in mobilised mass at all says
+    less; the share in all that moves stands beside it.
     """
     layer = thickness(run)
-    found = shares(run, "collisional_dissipation", layer)
+    found = shares(run, "regime_4_dissipation", layer)
     halved, doubled = (
-        shares(run, "collisional_dissipation", factor * layer).found[INSIDE]
-        for factor in (0.5, 2.0)
+        shares(run, "regime_4_dissipation", factor * layer).found[INSIDE] for factor in (0.5, 2.0)
     )
-    moving = shares(run, "collisional_dissipation", 0.0).found[INSIDE]
+    moving = shares(run, "regime_4_dissipation", 0.0).found[INSIDE]
     words = (
         f"{moving:.3f} in all that moves, layers included; an even spread over it would put "
         f"{1.0 - found.even:.2f} inside; sliding surface and base {found.found[SURFACE]:.2f}, at "
@@ -32,8 +31,8 @@ def collisions_inside_the_mass(run):
 
 
 def holding():
-    return sliding("collisional_dissipation", [INSIDE])
+    return sliding("regime_4_dissipation", [INSIDE])
 
 
 def failing():
-    return sliding("collisional_dissipation", [SURFACE])
+    return sliding("regime_4_dissipation", [SURFACE])

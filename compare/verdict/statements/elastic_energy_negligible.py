@@ -12,10 +12,10 @@ def largest_share(run, account):
     k = int(np.argmax(values))
     gone = {
         kind: run.joules(f"dissipated_{kind}")[-1] / run.released()
-        for kind in ("plastic", "collisional")
+        for kind in ("plastic", "regime_4")
     }
     words = f"at {tau[k]:.2f} √(H/g)" + "".join(
-        f"; {values[k] / share:.2g} of the {kind} dissipation at the end"
+        f"; {values[k] / share:.2g} of the {kind.replace('_', ' ')} dissipation at the end"
         for kind, share in gone.items()
         if share > 0.0
     )
@@ -40,7 +40,7 @@ def elastic_energy_negligible(run):
 def storing(**shares):
     t = np.linspace(0.0, 5.0, 101)
     bump = {name: share * t * np.exp(1.0 - t) for name, share in shares.items()}
-    gone = {"dissipated_plastic": 0.3 * t / 5.0, "dissipated_collisional": 0.7 * t / 5.0}
+    gone = {"dissipated_plastic": 0.3 * t / 5.0, "dissipated_regime_4": 0.7 * t / 5.0}
     return example_run(energy={"time": t, "potential": 2.0 - t / 5.0} | gone | bump, engine="mpm")
 
 

@@ -3,7 +3,7 @@ from compare.verdict.statements.elastic_energy_negligible import storing
 
 
 @statement(
-    text="Both are very small beside the plastic and the collisional dissipation",
+    text="Both are very small beside the dissipation by plastic flow and that in regime 4",
     source="Figure 6",
     unit="of the smaller dissipation",
     bound="≤ 0.1",
@@ -15,11 +15,14 @@ def stored_energies_below_dissipation(run):
     magnitude.
     """
     held = {name: run.joules(name).max() for name in ("elastic", "fluctuation")}
-    gone = {name: run.joules(f"dissipated_{name}")[-1] for name in ("plastic", "collisional")}
+    gone = {name: run.joules(f"dissipated_{name}")[-1] for name in ("plastic", "regime_4")}
     largest, smallest = max(held, key=held.__getitem__), min(gone, key=gone.__getitem__)
     ratio = held[largest] / gone[smallest] if gone[smallest] > 0.0 else float("inf")
     return Finding(
-        ratio, ratio <= 0.1, run.energy_tau()[-1], f"{largest} energy over {smallest} dissipation"
+        ratio,
+        ratio <= 0.1,
+        run.energy_tau()[-1],
+        f"{largest} energy over {smallest.replace('_', ' ')} dissipation",
     )
 
 

@@ -17,5 +17,7 @@ def draw_dissipation(run, narrow, kind: str):
         "inferno",
         Normalize(0.0, max(top, 1e-12), clip=True),
     )
-    colour_bar(figure, axes, artist, f"specific {kind} dissipation $/gH$", extend="max")
+    colour_bar(
+        figure, axes, artist, f"specific {kind.replace('_', ' ')} dissipation $/gH$", extend="max"
+    )
     return figure

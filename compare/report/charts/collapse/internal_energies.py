@@ -3,7 +3,7 @@ import numpy as np
 from compare.report.charts import chart, panels
 
 LINES = (
-    ("dissipated_collisional", "collisional, dissipated", "#c8561b"),
+    ("dissipated_regime_4", "in regime 4, dissipated", "#c8561b"),
     ("dissipated_plastic", "plastic, dissipated", "#7a4bb3"),
     ("fluctuation", "fluctuation, stored", "#2c7a4b"),
     ("elastic", "elastic, stored", "#1f5fa8"),

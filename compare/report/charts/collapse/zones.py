@@ -29,11 +29,11 @@ def zones(run, narrow):
     bar.ax.tick_params(length=0)
     bar.outline.set_visible(False)
     found = {
-        kind: shares(run, f"{kind}_dissipation", layer).found for kind in ("plastic", "collisional")
+        kind: shares(run, f"{kind}_dissipation", layer).found for kind in ("plastic", "regime_4")
     }
     words = "; ".join(
-        f"of the {kind} dissipation {share[SURFACE]:.2f} in the layers and {share[INSIDE]:.2f} "
-        "inside"
+        f"of the {kind.replace('_', ' ')} dissipation {share[SURFACE]:.2f} in the layers and "
+        f"{share[INSIDE]:.2f} inside"
         for kind, share in found.items()
     )
     return figure, (
