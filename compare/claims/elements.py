@@ -10,7 +10,8 @@ from compare.element import calibration
 from compare.commands.claims import ROOT
 from compare.element.case import Case
 from compare.element.deviations import table
-from compare.element.model import Card, Model
+from compare.element.card import Card
+from compare.element.model import Model
 from compare.verdict.findings import shear_temperature
 
 

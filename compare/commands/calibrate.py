@@ -14,8 +14,9 @@ from cases.programs import ROOT
 from cases.provenance import commit
 from compare.element import calibration
 from compare.element.blocks import MODEL_ERROR, Block
-from compare.element.calibration import NAMES, Fit
-from compare.element.model import Card, Model
+from compare.element.calibration import Fit, names
+from compare.element.card import Card
+from compare.element.model import Model
 from compare.element.tests import compared_tests
 from dem_reference.grains import Grains
 
@@ -33,6 +34,16 @@ SYMBOLS = {
     "effective_restitution": "ε_eff",
     "collision_time_factor": "t_c factor",
     "correlation_factor": "L factor",
+    "correlation_onset": "Y₀",
+    "contact_share": "χ",
+    "fabric_strain": "γ_s",
+}
+
+
+# Laws that can be fitted, and what they begin with in place of the start's.
+LAWS: dict[str, dict] = {
+    "solid_fluid": {},
+    "contact_share": {"correlation_length": "softened", "fabric_strain": 0.2},
 }
 
 
@@ -42,6 +53,12 @@ def arguments(parser):
         default="seed_table1",
         metavar="NAME",
         help="card the fit starts from (default: seed_table1)",
+    )
+    parser.add_argument(
+        "--law",
+        default="solid_fluid",
+        choices=sorted(LAWS),
+        help="law whose constants are fitted (default: solid_fluid)",
     )
     parser.add_argument(
         "--card", default="dem_mu05", metavar="NAME", help="card to write (default: dem_mu05)"
@@ -86,10 +103,11 @@ def run(options) -> int:
             f"{card_file}: is there, and was not made by calibrate (it would be lost) give another "
             "--card, or --replace"
         )
-    blocks, grains = calibration.evidence(options.cases)
+    _, grains = calibration.evidence(options.cases)
     start = start_of(options, grains)
+    blocks, _ = calibration.evidence(options.cases, card=start)
     resampled = [
-        calibration.evidence(options.cases, calibration.resample(seed))[0]
+        calibration.evidence(options.cases, calibration.resample(seed), start)[0]
         for seed in range(options.bootstrap)
     ]
     fit = calibration.fit(blocks, grains, start, resampled)
@@ -105,7 +123,7 @@ def start_of(options, grains: Grains) -> Card:
     """The card that the fit starts from, with the correlation length that was asked for and an
     effective restitution of its own.
     """
-    card = Card.read(options.start)
+    card = Card.read(options.start).with_values(law=options.law, **LAWS[options.law])
     if options.correlation:
         card = card.with_values(correlation_length=options.correlation)
     return card.with_values(effective_restitution=Model(card, grains).effective_restitution)
@@ -113,13 +131,14 @@ def start_of(options, grains: Grains) -> Card:
 
 def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
     """The material card, with where it comes from and every constant's uncertainty in comments."""
-    *most, last = (test.name for test in compared_tests())
+    *most, last = (test.name for test in compared_tests() if test.within(fit.card))
     lines = [
         f"# {options.card}: calibrated on grains of d = {grains.diameter * 1e3:g} mm, "
         f"E_p = {grains.young_modulus:g} Pa, e_n = {grains.restitution:g}, "
         f"mu = {grains.friction:g},",
         f"# in the element tests {', '.join(most)} and {last} alone; no column was used.",
-        f"{MADE} --start {options.start} --card {options.card} --bootstrap {options.bootstrap}"
+        f"{MADE} --law {options.law} --start {options.start} --card {options.card} "
+        f"--bootstrap {options.bootstrap}"
         + (f" --correlation {options.correlation}" if options.correlation else ""),
         f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",
         f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of "
@@ -139,7 +158,7 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
         "",
         "[material]",
     ]
-    for name in NAMES:
+    for name in names(fit.card):
         bound = (
             "; at the edge of its interval: not determined by these tests"
             if name in fit.at_bound
@@ -149,6 +168,8 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
             f"{name} = {getattr(fit.card, name):.4g}  # {SYMBOLS[name]} +- "
             f"{fit.standard_error[name]:.2g} ({fit.bootstrap[name]:.2g}){bound}"
         )
+    if fit.card.law != "solid_fluid":
+        lines.append(f'law = "{fit.card.law}"')
     lines += [
         f'critical_state_form = "{fit.card.critical_state_form}"'
         "  # of the three forms the one that fits best",
@@ -164,7 +185,7 @@ def table_text(fit: Fit, start: Card, options) -> str:
         f"| constant | key | {options.start} | {options.card} | ± (misfit) | ± (seeds) |",
         "|---|---|---|---|---|---|",
     ]
-    for name in NAMES:
+    for name in names(fit.card):
         edge = " (edge)" if name in fit.at_bound else ""
         lines.append(
             f"| {SYMBOLS[name]} | {name} | {getattr(start, name):.4g} | "

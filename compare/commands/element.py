@@ -17,7 +17,8 @@ from compare.element import campaign, records
 from compare.element.blocks import every
 from compare.element.case import Case
 from compare.element.deviations import table, verdicts
-from compare.element.model import Card, Law, Model
+from compare.element.card import Card
+from compare.element.model import Law, Model
 from compare.element.point import PointModel
 from compare.element.records import Rows
 from compare.element.tests import ComparedTest, compared_tests, test_of

@@ -1,8 +1,9 @@
 """Observations of an element test: what the grains measured, and the law's answer to it.
 
-Every measured quantity is compared through its logarithm (the void ratio itself in triaxial
-compression). Its weight is 1/(s^2 + f^2): s the standard error over seeds, f a floor of
-MODEL_ERROR, because the law is a model and one well-measured point must not outvote the others.
+Every measured quantity is compared through its logarithm (the void ratio in triaxial compression
+and the shear over pressure in reversal themselves). Its weight is 1/(s^2 + f^2): s the standard
+error over seeds, f a floor of MODEL_ERROR, because the law is a model and one well-measured point
+must not outvote the others.
 """
 
 from collections import defaultdict

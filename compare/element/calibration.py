@@ -14,13 +14,14 @@ from cases.errors import CaseError
 from compare.element import records
 from compare.element.blocks import Block, Choose, every
 from compare.element.case import Case
-from compare.element.model import EXPONENT, Card, Law, Model
+from compare.element.card import Card
+from compare.element.model import EXPONENT, Law, Model
 from compare.element.tests import compared_tests
 from dem_reference.grains import Grains
 
-# What is fitted, and the interval it may take: (name, lower, upper, fitted through its logarithm).
-# Below delta = 0.05 the dilatancy is at its bound whenever it is not zero, so a smaller delta says
-# nothing more.
+# What may be fitted, and the interval it may take: (name, lower, upper, fitted through its
+# logarithm). Below delta = 0.05 the dilatancy is at its bound whenever it is not zero, so a smaller
+# delta says nothing more.
 PARAMETERS = (
     ("critical_void_ratio", 0.60, 0.85, False),
     ("critical_state_slope", 1e-3, 50.0, True),
@@ -32,8 +33,10 @@ PARAMETERS = (
     ("effective_restitution", 0.2, 0.95, False),
     ("collision_time_factor", 0.05, 50.0, True),
     ("correlation_factor", 0.02, 50.0, True),
+    ("correlation_onset", 0.5, 200.0, True),
+    ("contact_share", 0.0, 2.0, False),
+    ("fabric_strain", 0.01, 5.0, True),
 )
-NAMES = tuple(name for name, *_ in PARAMETERS)
 
 
 @dataclass(frozen=True)
@@ -46,10 +49,13 @@ class Fit:
     at_bound: list[str]  # parameters at the edge of their interval: not determined by the data
 
 
-def evidence(cases: Path, choose: Choose = every) -> tuple[list[Block], Grains]:
+def evidence(
+    cases: Path, choose: Choose = every, card: Card | None = None
+) -> tuple[list[Block], Grains]:
     """The blocks of all element tests under the folder `cases`, and the grains they share.
 
-    CaseError where a test has no measured point, or grains of its own.
+    Without those that the law of `card`, if one is given, cannot follow. CaseError where a test has
+    no measured point, or grains of its own.
     """
     blocks: list[Block] = []
     grains: set[Grains] = set()
@@ -67,7 +73,8 @@ def evidence(cases: Path, choose: Choose = every) -> tuple[list[Block], Grains]:
                 f"{case.path}: its grains differ from the other tests' (a card belongs to one kind "
                 "of grain)"
             )
-        blocks += test.blocks(test.fitted(rows), choose)
+        if card is None or test.within(card):
+            blocks += test.blocks(test.fitted(rows), choose)
     return blocks, grains.pop()
 
 
@@ -78,25 +85,44 @@ def residuals(blocks: list[Block], model: Law) -> np.ndarray:
     )
 
 
+def fitted(card: Card) -> list[tuple[str, float, float, bool]]:
+    """Those of PARAMETERS that the card's law has."""
+    softened = card.correlation_length == "softened"
+    without = {"correlation_factor"} if softened else {"correlation_onset"}
+    if card.law != "contact_share":
+        without.add("contact_share")
+    if card.fabric_strain == 0:
+        without.add("fabric_strain")
+    return [parameter for parameter in PARAMETERS if parameter[0] not in without]
+
+
+def names(card: Card) -> list[str]:
+    """Of the constants that are fitted."""
+    return [name for name, *_ in fitted(card)]
+
+
 def to_vector(card: Card) -> np.ndarray:
     return np.array(
         [
             np.log(getattr(card, name)) if log else getattr(card, name)
-            for name, _, _, log in PARAMETERS
+            for name, _, _, log in fitted(card)
         ]
     )
 
 
 def to_card(vector: np.ndarray, start: Card) -> Card:
     return start.with_values(
-        **{name: float(np.exp(x) if log else x) for x, (name, _, _, log) in zip(vector, PARAMETERS)}
+        **{
+            name: float(np.exp(x) if log else x)
+            for x, (name, _, _, log) in zip(vector, fitted(start))
+        }
     )
 
 
 def minimise(blocks: list[Block], grains: Grains, start: Card):
-    """scipy's least-squares result from `start`, in the vector of PARAMETERS."""
+    """scipy's least-squares result from `start`, in the vector of what is fitted."""
     lower, upper = (
-        np.array([np.log(bounds[i]) if log else bounds[i] for _, *bounds, log in PARAMETERS])
+        np.array([np.log(bounds[i]) if log else bounds[i] for _, *bounds, log in fitted(start)])
         for i in (0, 1)
     )
     return least_squares(
@@ -129,15 +155,15 @@ def fit(blocks: list[Block], grains: Grains, start: Card, resampled=()) -> Fit:
     freedom = len(result.fun) - len(result.x)
     covariance = np.linalg.pinv(result.jac.T @ result.jac) * max(1.0, 2 * result.cost / freedom)
     vectors = np.array([minimise(other, grains, card).x for other in resampled])
-    scale = np.array([getattr(card, name) if log else 1.0 for name, _, _, log in PARAMETERS])
+    scale = np.array([getattr(card, name) if log else 1.0 for name, _, _, log in fitted(card)])
     spread = (
         vectors.std(axis=0, ddof=1) * scale if len(vectors) > 1 else np.full(len(scale), np.nan)
     )
-    edges = [name for active, name in zip(result.active_mask, NAMES) if active]
+    edges = [name for active, name in zip(result.active_mask, names(card)) if active]
     return Fit(
         card,
-        dict(zip(NAMES, np.sqrt(np.diag(covariance)) * scale)),
-        dict(zip(NAMES, spread)),
+        dict(zip(names(card), np.sqrt(np.diag(covariance)) * scale)),
+        dict(zip(names(card), spread)),
         chi_square,
         len(result.fun),
         edges,

@@ -12,15 +12,15 @@ from compare.element.model import Law
 CLOSE = 0.20
 
 
-def is_plain(block: Block) -> bool:
-    """Whether the block holds values themselves (a void ratio) rather than their logarithms."""
-    return block.kind.endswith("void ratio")
+def is_plain(quantity: str) -> bool:
+    """Whether a block of this kind holds values themselves rather than their logarithms."""
+    return quantity.endswith(("void ratio", "shear over pressure"))
 
 
 def table(blocks: list[Block], models: dict[str, Law]) -> list[dict]:
     """Rows with quantity, point, card, dem, dem_scatter (standard error over seeds), model, error.
 
-    Scatter and error are relative to the DEM value, for a void ratio absolute.
+    Scatter and error are relative to the DEM value, of plain values absolute.
     """
     rows = []
     for block in blocks:
@@ -28,7 +28,7 @@ def table(blocks: list[Block], models: dict[str, Law]) -> list[dict]:
             for label, measured, error, predicted in zip(
                 block.labels, block.measured, block.error, block.predict(model)
             ):
-                plain = is_plain(block)
+                plain = is_plain(block.kind)
                 rows.append(
                     {
                         "quantity": block.kind,
@@ -57,7 +57,7 @@ def verdicts(rows: list[dict]) -> list[str]:
     sentences = []
     for quantity, card in dict.fromkeys((row["quantity"], row["card"]) for row in rows):
         chosen = [row for row in rows if (row["quantity"], row["card"]) == (quantity, card)]
-        plain = quantity.endswith("void ratio")
+        plain = is_plain(quantity)
         close = 0.1 * CLOSE if plain else CLOSE
         good = sum(abs(row["error"]) <= max(close, 2 * row["dem_scatter"]) for row in chosen)
         worst = max(

@@ -14,7 +14,8 @@ import numpy as np
 
 from cases.errors import EngineError
 from cases.programs import ROOT, call, program
-from compare.element.model import Card, Model
+from compare.element.card import Card
+from compare.element.model import Model
 from dem_reference.grains import Grains
 
 # Any scene: only its material and grains are read, and those are set here.
@@ -47,7 +48,7 @@ class PointModel:
         """The case's keys that make it this card and these grains."""
         values = {f"material.{name}": value for name, value in vars(self.card).items()}
         values |= {f"grains.{name}": value for name, value in vars(self.grains).items()}
-        return ["material.law=solid_fluid"] + [f"{key}={value}" for key, value in values.items()]
+        return [f"{key}={value}" for key, value in values.items()]
 
     def _drive(
         self, void_ratio: float, pressure: float, temperature: float, *legs: str, every: int = 1
@@ -90,18 +91,44 @@ class PointModel:
         return {name: values.reshape(nu.shape) for name, values in zip(names, answers.T)}
 
     def _steady(self, nu: float, rate: float) -> tuple[float, float, float]:
-        # Denser than critical, the path starts at half the critical pressure: from no stress at
-        # all, none would build up.
-        start = 0.5 * float(Model(self.card, self.grains).critical_pressure(nu))
         end = self.drive(
             1 / nu - 1,
-            start,
+            self._start(nu),
             QUIET,
             f'path = "simple_shear"\nrate = {rate!r}\nstrain = 12.0\nsteps = 4000',
             every=4000,
         )
         shear = abs(end["sigma_q_xy"][-1] + end["sigma_c_xy"][-1])
         return end["granular_temperature"][-1], end["p_q"][-1] + end["p_c"][-1], shear
+
+    def reversal(self, nu, rate, strain, span: float) -> dict:
+        """Simple shear at constant volume from rest, and back; see Model.reversal."""
+        pairs = zip(np.atleast_1d(nu), np.atleast_1d(rate))
+        answers = [self._reversed(float(a), float(b), strain, span) for a, b in pairs]
+        return {name: np.stack([one[name] for one in answers], axis=1) for name in answers[0]}
+
+    def _reversed(self, nu: float, rate: float, strain, span: float) -> dict:
+        legs = [
+            f'path = "simple_shear"\nrate = {rate!r}\nstrain = {sense * span!r}\nsteps = 20000'
+            for sense in (1, -1)
+        ]
+        history = self.drive(1 / nu - 1, self._start(nu), QUIET, *legs, every=5)
+        strain = np.asarray(strain, dtype=float)
+        passed = np.linspace(0, 2 * span, len(history["time"]))  # both legs in equal steps
+        at = np.array([strain, span + strain])
+        shear = history["sigma_q_xy"] + history["sigma_c_xy"]
+        return {
+            "granular_temperature": np.interp(at, passed, history["granular_temperature"]),
+            "pressure": np.interp(at, passed, history["p_q"] + history["p_c"]),
+            "shear_stress": np.interp(at, passed, shear) * [[1], [-1]],
+        }
+
+    def _start(self, nu: float) -> float:
+        """Pressure at which shear starts [Pa].
+
+        Denser than critical, half the critical one: from no stress at all, none would build up.
+        """
+        return 0.5 * float(Model(self.card, self.grains).critical_pressure(nu))
 
     def cooling_time(self, nu, T0, T):
         """When homogeneous cooling has brought T0 down to T [s]; see Model.cooling_time."""

@@ -25,6 +25,7 @@ JITTER = 1e-10  # point spacings that a perturbed run's points are displaced by
 ACCOUNTS = (
     "dissipated_plastic",
     "dissipated_regime_4",
+    "dissipated_contact",
     "loss_transfer",
     "loss_time_integration",
     "loss_mixing",

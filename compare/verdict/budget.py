@@ -2,8 +2,8 @@
 
 Totals and times compare one to one between the engines. The accounts of dissipation do not: the
 grains' contacts know normal and tangential work, the continuum knows plastic flow and regime 4
-dissipation; they stand side by side and are never equated by name. Numerical losses and residuals
-are accounts of their own.
+dissipation, and that of enduring contacts in a law that has them; they stand side by side and are
+never equated by name. Numerical losses and residuals are accounts of their own.
 """
 
 from dataclasses import dataclass
@@ -22,6 +22,7 @@ ACCOUNTS = {
     "mpm": (
         ("plastic", "dissipated", "dissipated_plastic"),
         ("in regime 4", "dissipated", "dissipated_regime_4"),
+        ("enduring contacts", "dissipated", "dissipated_contact"),
         ("at walls", "dissipated", "dissipated_wall"),
         ("transfer loss", "numerical", "loss_transfer"),
         ("time integration", "numerical", "loss_time_integration"),

@@ -74,10 +74,11 @@ class BodyOf final : public Body {
 
  private:
   static constexpr bool athermal = std::is_base_of_v<Athermal, Law>;
-  /// What such a law leaves at zero: fluctuation and regime_4, and viscosity.
+  static constexpr Accounts accounts{!athermal, std::is_base_of_v<WithContacts, Law>};
+  /// What a law leaves at zero: fluctuation, collisional and contact, and viscosity.
   struct Zeros {
-    static constexpr Range energies = athermal ? Range{2, 4} : Range{},
-                           stability = athermal ? Range{1, 2} : Range{};
+    static constexpr Range energies{athermal ? 2u : 4u, accounts.contacts ? 4u : 5u},
+        stability = athermal ? Range{1, 2} : Range{};
   };
   /// The elastic strain is the one tensor of a state, and its first member.
   template <class Where>
@@ -137,7 +138,7 @@ class BodyOf final : public Body {
       const auto r = law.update(state_.load(block, state_without<Where>), strained.step);
       state_.store(r.state, block, state_without<Where>);
       store_regime(r.regime, block, points.points.regime);
-      points.template book<!athermal>(
+      points.template book<accounts>(
           block, strained.step.mixing, strained.detached,
           {r.sigma, r.energies, law.stability(r.state, strained.step.void_ratio),
            law.granular_temperature(r.state), r.collisional_pressure},
@@ -166,7 +167,7 @@ class BodyOf final : public Body {
       std::copy_n(batch.regime.begin(), batch.size, &points.points.regime[first]);
       for_each_block(first, end, [&](const Block& block) {
         const Block row = block.from(first);
-        points.template book<!athermal>(
+        points.template book<accounts>(
             block, row.load(mixing), row.load(detached),
             {batch.sigma.load(row, Where::tensor), batch.energies.load(row, Zeros::energies),
              batch.stability.load(row, Zeros::stability), row.load(batch.granular_temperature),

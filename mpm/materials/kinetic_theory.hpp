@@ -1,6 +1,6 @@
 // Collisional stress, dissipation and granular temperature: kinetic theory of inelastic spheres
-// [Garzo1999], with a correlation length [Berzi2014, Jenkins2007] and the softness of the grains
-// [Berzi2015].
+// [Garzo1999], with a correlation length [Berzi2014, Jenkins2007, or ours] and the softness of the
+// grains [Berzi2015].
 //
 // With nu = 1/(1+e), G = nu g0, Y = 1/(1/G + kap sqrt(T)) and kap = 24/(5 sqrt(pi)) sqrt(rho/E):
 //     F = (1+en)/2 + 1/(4G)
@@ -27,13 +27,13 @@ namespace grainpair {
 
 class KineticTheory {
  public:
-  enum class Correlation { berzi, jenkins, none };
+  enum class Correlation { berzi, jenkins, softened, none };
 
   struct Parameters {
     double diameter, density, young_modulus;  // d [m], rho [kg/m3], E [Pa]
     double restitution, effective_restitution;
     double critical_void_ratio, loose_void_ratio;
-    double collision_time_factor = 1.0, correlation_factor = 1.0;
+    double collision_time_factor = 1.0, correlation_factor = 1.0, correlation_onset = 7.0;
     Correlation correlation = Correlation::berzi;
     bool bulk_viscosity = true;
     bool explicit_temperature = false;
@@ -46,6 +46,7 @@ class KineticTheory {
     Real P;          // [-]
     Real H, B;       // [m]
     Real Q;          // [1/m]
+    Real length;     // L/d
   };
 
   explicit KineticTheory(const Case& c)
@@ -54,6 +55,7 @@ class KineticTheory {
             c.number("grains.restitution"), c.number("material.effective_restitution"),
             c.number("material.critical_void_ratio"), c.number("material.loose_void_ratio"),
             c.number("material.collision_time_factor"), c.number("material.correlation_factor"),
+            c.number("material.correlation_onset"),
             correlation(c.word("material.correlation_length")), c.flag("material.bulk_viscosity"),
             c.word("material.temperature_update") == "explicit"}) {}
 
@@ -61,6 +63,7 @@ class KineticTheory {
       : parameters(given),
         kap(24.0 / (5.0 * root_pi) * std::sqrt(given.density / given.young_modulus) *
             given.collision_time_factor),
+        hardness_(kap / given.collision_time_factor),
         nu_c_(1.0 / (1.0 + given.critical_void_ratio)),
         nu_m_(1.0 / (1.0 + given.loose_void_ratio)) {
     const double en = given.restitution, ee = given.effective_restitution;
@@ -75,8 +78,13 @@ class KineticTheory {
   /// pole at nu_c.
   template <class Real>
   Real inverse_g(const Real& e) const {
-    const Real nu = 1.0 / (1.0 + e), gap = nu_c_ - nu;
-    const Real root = larger(nu - nu_m_, Real(0.0)) * (1.0 / (nu_c_ - nu_m_)), w = root * root;
+    return inverse_g(e, nu_c_);
+  }
+  /// The same with the pole at the solid fraction `pole` in place of nu_c.
+  template <class Real>
+  Real inverse_g(const Real& e, double pole) const {
+    const Real nu = 1.0 / (1.0 + e), gap = pole - nu;
+    const Real root = larger(nu - nu_m_, Real(0.0)) * (1.0 / (pole - nu_m_)), w = root * root;
     // CS = above/below
     const Real above = 2.0 - nu, below = 2.0 * (1.0 - nu) * (1.0 - nu) * (1.0 - nu);
     const Real inverse = gap * below / (nu * (gap * (1.0 - w) * above + 2.0 * w * below));
@@ -103,8 +111,9 @@ class KineticTheory {
   }
 
   /// L/d: max{1, sqrt(2J/(15(1-ee^2))) [1 + 26(1-ee)/15 (nu - 0.49)/(nu_rcp - nu)]^(3/2)} above nu
-  /// = 0.49 [Berzi2014], or max{1, G^(1/3)/4 d gdot/sqrt(T)} capped at 10 [Jenkins2007]; 1 for
-  /// `none`.
+  /// = 0.49 [Berzi2014], or max{1, G^(1/3)/4 d gdot/sqrt(T)} capped at 10 [Jenkins2007], or
+  /// (Y_L/Y_0)^(1/3) between 1 and 30, Y_L = 1/(1/G + kap sqrt(T)) without the collision-time
+  /// factor (`softened`); 1 for `none`.
   template <class Real>
   Real correlation_length(const Real& e, const Real& shear_rate, const Real& s) const {
     return correlation_length(e, inverse_g(e), J(inverse_g(e)), shear_rate, s);
@@ -112,11 +121,21 @@ class KineticTheory {
 
   template <class Real>
   Coefficients<Real> coefficients(const Real& e, const Real& shear_rate, const Real& s) const {
+    return coefficients(e, inverse_g(e), shear_rate, s);
+  }
+  /// The same at 1/G = i.
+  template <class Real>
+  Coefficients<Real> coefficients(const Real& e, const Real& i, const Real& shear_rate,
+                                  const Real& s) const {
     const double d = parameters.diameter;
-    const Real i = inverse_g(e), j = J(i);
-    return {i, 4.0 * F(i), 8.0 * d / (5.0 * root_pi) * j,
+    const Real j = J(i);
+    const Real length = correlation_length(e, i, j, shear_rate, s);
+    return {i,
+            4.0 * F(i),
+            8.0 * d / (5.0 * root_pi) * j,
             parameters.bulk_viscosity ? 4.0 * en1_ * d / (3.0 * root_pi) : 0.0,
-            12.0 * loss_ / (root_pi * d) / correlation_length(e, i, j, shear_rate, s)};
+            12.0 * loss_ / (root_pi * d) / length,
+            length};
   }
 
   /// kappa per bulk density at s = sqrt(T) [m2/s]
@@ -187,10 +206,13 @@ class KineticTheory {
   double kap;  // [s/m]
 
  private:
+  static constexpr double longest = 30.0;  // of the softened correlation length, in d
+
   static Correlation correlation(const std::string& word) {
-    return word == "berzi"     ? Correlation::berzi
-           : word == "jenkins" ? Correlation::jenkins
-                               : Correlation::none;
+    return word == "berzi"      ? Correlation::berzi
+           : word == "jenkins"  ? Correlation::jenkins
+           : word == "softened" ? Correlation::softened
+                                : Correlation::none;
   }
 
   template <class Real>
@@ -207,10 +229,17 @@ class KineticTheory {
       const Real pull = 0.25 * parameters.diameter * shear_rate;
       const Real room = s * each_lane([](double x) { return std::cbrt(x); }, inverse);
       length = select(shear_rate > 0.0, select(pull < cap * room, pull / room, Real(cap)), length);
+    } else if (parameters.correlation == Correlation::softened) {
+      // 1/Y_L is zero in a dense gas at rest; the cap holds long before 1e-9
+      const Real inverse_y = larger(inverse + hardness_ * s, Real(1e-9));
+      const Real cubed = 1.0 / (parameters.correlation_onset * inverse_y);
+      length = each_lane([](double x) { return std::cbrt(x); }, cubed);
+      return clamped(length, Real(1.0), Real(longest));
     }
     return 1.0 + parameters.correlation_factor * (larger(length, Real(1.0)) - 1.0);
   }
 
+  double hardness_;  // kap without the collision-time factor [s/m]
   double nu_c_, nu_m_;
   double en1_, shear_, loss_, crowding_;
 };

@@ -153,6 +153,8 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
                                     of(points.plastic));
     records.template scalar<double>("regime_4_dissipation", "J/kg", speed_squared,
                                     of(points.regime_4));
+    records.template scalar<double>("contact_dissipation", "J/kg", speed_squared,
+                                    of(points.contact));
     records.template scalar<double>("conducted", "J/kg", speed_squared, of(points.conducted));
   });
 }
@@ -195,6 +197,8 @@ void Output::finish(const std::string& end_reason, double cpu_seconds, double wa
             &EnergyLedger::plastic);
     account("dissipated_regime_4", "dissipated in regime 4, by the collisions of a law",
             &EnergyLedger::regime_4);
+    account("dissipated_contact", "dissipated by enduring contacts of grains that flow",
+            &EnergyLedger::contact);
     account("dissipated_wall", "work done on the walls", &EnergyLedger::wall);
     account("loss_transfer", "numerical: lost between points and grid", &EnergyLedger::transfer);
     account("loss_time_integration", "numerical: lost by the finite step",

@@ -34,7 +34,7 @@ struct Batch {
                           // spins all but z
   Arrays<DeformationOf> steps;
   Arrays<Tensor> sigma;         // [Pa]
-  Arrays<EnergiesOf> energies;  // [J/kg]; plastic and regime_4 of this step alone
+  Arrays<EnergiesOf> energies;  // [J/kg]; what is dissipated is of this step alone
   std::vector<double> work;     // [J/kg] stress work of this step, if it has room for it
   std::vector<double> granular_temperature;  // [m2/s2]
   std::vector<double> collisional_pressure;  // [Pa]

@@ -35,13 +35,14 @@ struct DeformationOf {
 using Deformation = DeformationOf<double>;
 
 /// Energies per unit mass of solid [J/kg]: stored and fluctuation are held in the new state,
-/// plastic and regime_4 were dissipated during the update. sigma_bar : D dt (1+e)/rho_s =
-/// d(stored + fluctuation) + plastic + regime_4, where sigma_bar is the mean stress
-/// `work_stress` the law reports.
+/// plastic, regime_4 and contact (by enduring contacts of grains that flow) were dissipated
+/// during the update. sigma_bar : D dt (1+e)/rho_s = d(stored + fluctuation) + plastic +
+/// collisional + contact, where sigma_bar is the mean stress `work_stress` the law reports.
 template <class Real>
 struct EnergiesOf {
   Real stored = 0.0, plastic = 0.0;
   Real fluctuation = 0.0, regime_4 = 0.0;
+  Real contact = 0.0;
 };
 using Energies = EnergiesOf<double>;
 
@@ -52,7 +53,7 @@ struct Response {
   Tensor<Real> sigma;  // total stress, quasi-static + collisional [Pa]
   State<Real> state;
   EnergiesOf<Real> energies;
-  Real work = 0.0;  // = d(stored + fluctuation) + plastic + regime_4 to round-off [J/kg]
+  Real work = 0.0;                  // = d(stored + fluctuation) + dissipated to round-off [J/kg]
   Real collisional_pressure = 0.0;  // the part of sigma that does no work on `mixing` [Pa]
   Real regime = 0.0;  // 1 visco-elastic, 2 visco-elasto-plastic, 3 critical, 4 collisional; 0 none
 };
@@ -96,6 +97,15 @@ struct Athermal {
   Real granular_temperature(const State<Real>&) const {
     return 0.0;
   }
+};
+
+/// A law that dissipates in contacts that endure while grains flow.
+struct WithContacts {};
+
+/// Which energies a law has beside stored and plastic: fluctuation and regime_4, and contact.
+/// What it has not is zero, and nobody carries it.
+struct Accounts {
+  bool fluctuates, contacts;
 };
 
 /// What a law does for several points at once.

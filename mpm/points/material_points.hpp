@@ -31,7 +31,7 @@ struct Fastest {
 /// Sums over the points of a strip, lane by lane until they are asked for; kept by strip so that
 /// their order never changes.
 struct PointSums {
-  EnergiesOf<Wide> energies;  // stored and fluctuation held; plastic and regime_4 of the step [J]
+  EnergiesOf<Wide> energies;  // stored and fluctuation held; what is dissipated is of the step [J]
   Wide mixing = 0.0, potential = 0.0;          // [J]
   double detached = 0.0;                       // [J]
   std::ptrdiff_t inverted = -1, escaped = -1;  // points that ended the run
@@ -256,7 +256,7 @@ class MaterialPoints {
 
   /// What the law made of it, to the points and to the sums. What a law without fluctuations leaves
   /// at zero is not touched.
-  template <bool Fluctuates>
+  template <Accounts accounts>
   void book(const Block& block, const Wide& mixing, const Wide& detached, const Outcome& law,
             GivingCells& pressures, PointSums& sums) {
     WideTensor sigma = law.sigma;
@@ -269,7 +269,7 @@ class MaterialPoints {
     const Wide p = trace(sigma) * (1.0 / 3.0);
     const bool mixes = numerics_.averages_rates();
     Wide contact = block.load(pressure) + p;  // twice the mean pressure that worked on the mixing
-    if constexpr (Fluctuates) {
+    if constexpr (accounts.fluctuates) {
       contact -= block.load(collisional_pressure) + law.collisional_pressure;
       block.store(law.collisional_pressure, collisional_pressure);
     }
@@ -277,14 +277,18 @@ class MaterialPoints {
     if (mixes || numerics_.averaging != VolumetricAveraging::none) block.store(p, pressure);
     sums.energies.stored += m * law.energies.stored;
     sums.energies.plastic += m * law.energies.plastic;
-    if constexpr (Fluctuates) {
+    if constexpr (accounts.fluctuates) {
       block.store(law.granular_temperature, points.granular_temperature);
       block.store(law.energies.fluctuation, points.fluctuation);
       block.store(block.load(points.regime_4) + law.energies.regime_4, points.regime_4);
       sums.energies.fluctuation += m * law.energies.fluctuation;
       sums.energies.regime_4 += m * law.energies.regime_4;
     }
-    limit_step<Fluctuates>(block, inverse_density, law.stability, sums.fastest);
+    if constexpr (accounts.contacts) {
+      block.store(block.load(points.contact) + law.energies.contact, points.contact);
+      sums.energies.contact += m * law.energies.contact;
+    }
+    limit_step<accounts.fluctuates>(block, inverse_density, law.stability, sums.fastest);
     const Wide here = moves_ ? move(block, sums) : cell(block);
     if (numerics_.averages_pressures()) pressures.give(here, {v, v * p});
   }

@@ -81,8 +81,8 @@ struct Points {
   std::vector<double> void_ratio;  // e, from det F [-]
   Arrays<Tensor> sigma;            // total stress, compression positive [Pa]
 
-  std::vector<double> fluctuation;        // energy held [J/kg]
-  std::vector<double> plastic, regime_4;  // dissipated since release [J/kg]
+  std::vector<double> fluctuation;                 // energy held [J/kg]
+  std::vector<double> plastic, regime_4, contact;  // dissipated since release [J/kg]
   std::vector<double> conducted;  // fluctuation that came by conduction since release [J/kg]
   std::vector<double> granular_temperature;  // [m2/s2]
   std::vector<double> deviatoric_strain;     // accumulated sqrt(2/3 dev D : dev D) dt [-]
@@ -98,8 +98,8 @@ struct Points {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();  // whatever is not set shows
     x.resize(n, nan), v.resize(n), affine.resize(n), sigma.resize(n);
     for (auto* field : {&mass, &void_ratio}) field->resize(n, nan);
-    for (auto* field :
-         {&granular_temperature, &fluctuation, &plastic, &regime_4, &conducted, &deviatoric_strain})
+    for (auto* field : {&granular_temperature, &fluctuation, &plastic, &regime_4, &contact,
+                        &conducted, &deviatoric_strain})
       field->resize(n, 0.0);
     regime.resize(n, 0);
     id.resize(n);
@@ -111,7 +111,7 @@ struct Points {
     x.reorder(order.from), v.reorder(order.from), affine.reorder(order.from);
     sigma.reorder(order.from);
     apply(mass), apply(void_ratio), apply(fluctuation), apply(plastic);
-    apply(regime_4), apply(conducted), apply(granular_temperature);
+    apply(regime_4), apply(contact), apply(conducted), apply(granular_temperature);
     apply(deviatoric_strain), apply(regime), apply(id);
     for (const auto p : order.fillers) mass[p] = 0.0;
   }

@@ -45,6 +45,8 @@ class Point {
     static constexpr std::uint32_t trial[] = {1, 1};
     body_->reorder(trial);
     void_ratio = next_void_ratio_;
+    gone.plastic += energies.plastic, gone.regime_4 += energies.regime_4;
+    gone.contact += energies.contact, worked += work;
   }
   SymTensor quasi_static_stress() const { return body_->quasi_static_stress(0, sigma, void_ratio); }
 
@@ -52,6 +54,8 @@ class Point {
   SymTensor sigma = SymTensor::Zero();
   Energies energies{};
   double work = 0.0, temperature = 0.0;
+  Energies gone{};      // dissipated since the start, and ...
+  double worked = 0.0;  // ... the work of the stress
   int regime = 0;
   double seconds = 0.0;
   long updates = 0;
@@ -118,7 +122,8 @@ void declare(PointHistory& history) {
   for (const char* c : components)
     add(fmt::format("strain_{}", c), "-", "integral of D, compression positive");
   for (const char* c : components) add(fmt::format("sigma_q_{}", c), "Pa", "quasi-static stress");
-  for (const char* c : components) add(fmt::format("sigma_c_{}", c), "Pa", "collisional stress");
+  for (const char* c : components)
+    add(fmt::format("sigma_c_{}", c), "Pa", "collisional stress, with the contact share");
   add("p_q", "Pa", "mean quasi-static stress");
   add("q_q", "Pa", "quasi-static deviatoric stress, sqrt(3/2 s:s)");
   add("p_c", "Pa", "mean collisional stress");
@@ -129,6 +134,7 @@ void declare(PointHistory& history) {
   add("fluctuation", "J/kg", "energy of the velocity fluctuations");
   add("plastic_dissipation", "J/kg", "dissipated by plastic strain since the start");
   add("regime_4_dissipation", "J/kg", "dissipated in regime 4 since the start");
+  add("contact_dissipation", "J/kg", "dissipated by enduring contacts since the start");
   add("work", "J/kg", "stress work since the start");
   add("gibbs_energy", "J/m3",
       "Gibbs energy of the quasi-static stress, Eq. 7 of the seed as printed");
@@ -147,7 +153,7 @@ PointHistory drive(const PointPath& path) {
   const Hyperelastic hyperelastic(path.material);
   PointHistory history;
   declare(history);
-  double time = 0.0, plastic = 0.0, regime_4 = 0.0, work = 0.0;
+  double time = 0.0;
   SymTensor strain = SymTensor::Zero();
   const auto record = [&] {
     std::size_t column = 0;
@@ -157,11 +163,12 @@ PointHistory drive(const PointPath& path) {
     };
     const SymTensor sigma_q = point.quasi_static_stress(), sigma_c = point.sigma - sigma_q;
     put(time), put(point.void_ratio), put_tensor(strain), put_tensor(sigma_q), put_tensor(sigma_c);
-    put(trace(sigma_q) / 3.0), put(von_mises(sigma_q)), put(trace(sigma_c) / 3.0),
-        put(von_mises(sigma_c));
-    put(point.temperature), put(point.regime), put(point.energies.stored),
-        put(point.energies.fluctuation);
-    put(plastic), put(regime_4), put(work), put(hyperelastic.gibbs_energy(sigma_q));
+    for (const double value :
+         {trace(sigma_q) / 3.0, von_mises(sigma_q), trace(sigma_c) / 3.0, von_mises(sigma_c),
+          point.temperature, static_cast<double>(point.regime), point.energies.stored,
+          point.energies.fluctuation, point.gone.plastic, point.gone.regime_4, point.gone.contact,
+          point.worked, hyperelastic.gibbs_energy(sigma_q)})
+      put(value);
   };
   record();
   long done = 0;
@@ -192,7 +199,6 @@ PointHistory drive(const PointPath& path) {
                           i + 1);
       point.keep();
       time += dt, strain += dt * D;
-      plastic += point.energies.plastic, regime_4 += point.energies.regime_4, work += point.work;
       history.regime_switches += point.regime != regime;
       if (++done % path.every == 0) record();
     }

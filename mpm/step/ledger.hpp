@@ -1,5 +1,5 @@
 // Where every joule is. Held: kinetic, potential, stored, fluctuation. Gone for a physical reason:
-// plastic, regime 4, wall. Gone, or come, for a numerical one, each on its own account:
+// plastic, regime_4, contact, wall. Gone, or come, for a numerical one, each on its own account:
 // transfer, time_integration, mixing of void ratios, detached, conduction (what it creates where a
 // point has less to give than it is asked for).
 //
@@ -12,13 +12,13 @@ namespace grainpair {
 
 struct EnergyLedger {  // [J]
   double kinetic = 0.0, potential = 0.0, stored = 0.0, fluctuation = 0.0;
-  double plastic = 0.0, regime_4 = 0.0, wall = 0.0;
+  double plastic = 0.0, regime_4 = 0.0, contact = 0.0, wall = 0.0;
   double transfer = 0.0, time_integration = 0.0, mixing = 0.0, detached = 0.0, conduction = 0.0;
 
   double conducted = 0.0;  // passed from point to point; part of no sum
 
   double held() const { return kinetic + potential + stored + fluctuation; }
-  double dissipated() const { return plastic + regime_4 + wall; }
+  double dissipated() const { return plastic + regime_4 + contact + wall; }
   double numerical() const { return transfer + time_integration + mixing + detached + conduction; }
   double total() const { return held() + dissipated() + numerical(); }
 };

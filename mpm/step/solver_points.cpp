@@ -34,6 +34,7 @@ void Solver<D>::update_points(StrainedPoints strained, double dt, Moves moves) {
     ledger_.fluctuation += reduce(s.energies.fluctuation);
     ledger_.plastic += reduce(s.energies.plastic);
     ledger_.regime_4 += reduce(s.energies.regime_4);
+    ledger_.contact += reduce(s.energies.contact);
     ledger_.detached += s.detached;
     if (s.fastest.rate > fastest_.rate) fastest_ = s.fastest;
     ledger_.mixing -= mixing;  // work that the points took and the grid did not give
@@ -41,9 +42,10 @@ void Solver<D>::update_points(StrainedPoints strained, double dt, Moves moves) {
   }
   // The grid gave its own figure for this work when it accelerated; what the two do not agree on is
   // the integrator's.
-  const double absorbed =
-      (ledger_.stored + ledger_.fluctuation + ledger_.plastic + ledger_.regime_4) -
-      (before.stored + before.fluctuation + before.plastic + before.regime_4);
+  const auto absorbed_by = [](const EnergyLedger& l) {
+    return l.stored + l.fluctuation + l.plastic + l.regime_4 + l.contact;
+  };
+  const double absorbed = absorbed_by(ledger_) - absorbed_by(before);
   ledger_.time_integration -= absorbed;
   if (moves == Moves::yes) book_places();
 }

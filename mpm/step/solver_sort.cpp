@@ -66,6 +66,7 @@ void Solver<D>::initialise(const std::vector<InitialState>& initial) {
       block.store(energies.fluctuation, points_.fluctuation);
       block.store(energies.plastic, points_.plastic);
       block.store(energies.regime_4, points_.regime_4);
+      block.store(energies.contact, points_.contact);
       ledger_.stored += reduce(block.load(points_.mass) * energies.stored);
       material_.template limit_step<true>(block, material_.specific_volume(block),
                                           batch.stability.load(row), fastest_);

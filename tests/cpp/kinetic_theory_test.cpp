@@ -232,6 +232,25 @@ TEST(KineticTheory, ShearStressOfFrictionlessSpheres) {
       1.0 - 0.187, 0.01);
 }
 
+TEST(KineticTheory, SoftenedLengthIsAPowerOfTheContactValue) {
+  auto constants = seed;
+  constants.correlation = KineticTheory::Correlation::softened;
+  constants.correlation_onset = 6.7;
+  constants.collision_time_factor = 4.0;  // which it does not feel
+  const KineticTheory theory(constants);
+  EXPECT_EQ(theory.correlation_length(1.5, 10.0, 0.01), 1.0);  // G = 1.9 is below the onset
+  EXPECT_EQ(theory.correlation_length(0.6, 10.0, 0.0), 30.0);  // dense, at rest: the cap
+  EXPECT_EQ(theory.correlation_length(0.6, 10.0, 1e-9), 30.0);
+  // e <= e_c: Y = sqrt(E/rho) 5 sqrt(pi)/24/s, eight times as much where s is an eighth
+  const double s = 0.02, Y = 5.0 * std::sqrt(std::numbers::pi) / 24.0 * std::sqrt(E / rho) / s;
+  EXPECT_NEAR(theory.correlation_length(0.6, 10.0, s), std::cbrt(Y / 6.7), 1e-9);
+  EXPECT_NEAR(theory.correlation_length(0.6, 10.0, s / 8.0), 2.0 * std::cbrt(Y / 6.7), 1e-9);
+  // e > e_c, cold: G alone
+  const double e = void_ratio(0.57);
+  EXPECT_NEAR(theory.correlation_length(e, 10.0, 0.0), std::cbrt(1.0 / theory.inverse_g(e) / 6.7),
+              1e-9);
+}
+
 TEST(KineticTheory, JenkinsLengthIsCappedAndReachesItsSteadyValue) {
   auto p = seed;
   p.correlation = KineticTheory::Correlation::jenkins;

@@ -13,11 +13,19 @@
 namespace grainpair {
 namespace {
 
+/// A law, and the keys with which all of it is at work.
+std::vector<std::string> keys_of(const std::string& law) {
+  std::vector<std::string> keys{"material.law=" + law};
+  if (law == "contact_share")
+    keys.insert(keys.end(), {"material.correlation_length=softened", "material.fabric_strain=0.2"});
+  return keys;
+}
+
 /// A body of one point, and what it answered last.
 class Point {
  public:
   Point(const std::string& law, const std::vector<std::string>& keys = {}) {
-    std::vector<std::string> overrides{"material.law=" + law};
+    std::vector<std::string> overrides = keys_of(law);
     overrides.insert(overrides.end(), keys.begin(), keys.end());
     body_ = material_registry().at(law)(
         Case::load(GRAINPAIR_SOURCE "/cases/column/case.toml", overrides));
@@ -46,7 +54,7 @@ class Point {
   int regime = 255;
 
   double held() const { return energies.stored + energies.fluctuation; }
-  double dissipated() const { return energies.plastic + energies.regime_4; }
+  double dissipated() const { return energies.plastic + energies.regime_4 + energies.contact; }
 
  private:
   void keep_results() {
@@ -112,6 +120,7 @@ void follow_random_paths(Point& point, int paths, double largest, double created
       ASSERT_NEAR(point.work, point.held() - held + point.dissipated(), 1e-12 * scale);
       ASSERT_GE(point.energies.plastic, -created * scale);
       ASSERT_GE(point.energies.regime_4, 0.0);
+      ASSERT_GE(point.energies.contact, 0.0);
       ASSERT_GE(point.held(), 0.0);
       held = point.held();
     }
@@ -134,7 +143,7 @@ TEST_P(EveryLaw, PointsTogetherEqualPointsAlone) {
   Batch together(count), alone(1);
   const auto body = [&] {
     auto made = material_registry().at(GetParam())(
-        Case::load(GRAINPAIR_SOURCE "/cases/column/case.toml", {"material.law=" + GetParam()}));
+        Case::load(GRAINPAIR_SOURCE "/cases/column/case.toml", keys_of(GetParam())));
     made->resize(count);
     made->initialise(0, initial, together);
     return made;
@@ -168,7 +177,7 @@ TEST_P(EveryLaw, PointsTogetherEqualPointsAlone) {
       // another there
       const auto& e = alone.energies[0];
       ASSERT_NEAR(together.work[i], alone.work[0],
-                  4e-16 * (2.0 * e.stored + e.plastic + e.fluctuation + e.regime_4 +
+                  4e-16 * (2.0 * e.stored + e.plastic + e.fluctuation + e.regime_4 + e.contact +
                            std::abs(alone.work[0])))
           << i;
       regimes.insert(alone.regime[0]);
@@ -190,7 +199,7 @@ TEST_P(EveryLaw, PointsInAPlaneDoAsInSpace) {
   plane.in_plane = true;
   const auto body = [&](Batch& batch) {
     auto made = material_registry().at(GetParam())(
-        Case::load(GRAINPAIR_SOURCE "/cases/column/case.toml", {"material.law=" + GetParam()}));
+        Case::load(GRAINPAIR_SOURCE "/cases/column/case.toml", keys_of(GetParam())));
     made->resize(count);
     made->initialise(0, initial, batch);
     return made;
@@ -307,7 +316,8 @@ TEST_P(LawByRates, RandomPathsBalanceAndDissipate) {
   follow_random_paths(point, 500, -3.0, 1e-6);
 }
 
-INSTANTIATE_TEST_SUITE_P(Registry, LawByRates, testing::Values("critical_state", "solid_fluid"),
+INSTANTIATE_TEST_SUITE_P(Registry, LawByRates,
+                         testing::Values("critical_state", "solid_fluid", "contact_share"),
                          [](const auto& test) { return test.param; });
 
 class LawWithoutCohesion : public testing::TestWithParam<std::string> {};

@@ -19,9 +19,10 @@ class Precision : public testing::TestWithParam<const char*> {
   /// The largest difference of an account, over the energy released [-].
   static double difference(const Simulation& a, const Simulation& b, double released) {
     const auto accounts = [](const EnergyLedger& l) {
-      return std::array{l.kinetic, l.potential, l.stored,   l.fluctuation,
-                        l.plastic, l.regime_4,  l.wall,     l.time_integration,
-                        l.mixing,  l.detached,  l.transfer, l.conduction};
+      return std::array{l.kinetic,         l.potential, l.stored,   l.fluctuation,
+                        l.plastic,         l.regime_4,  l.contact,  l.wall,
+                        l.mixing,          l.detached,  l.transfer, l.conduction,
+                        l.time_integration};
     };
     const auto one = accounts(a.ledger()), other = accounts(b.ledger());
     double worst = 0.0;
@@ -53,7 +54,8 @@ TEST_P(Precision, SingleBetweenPointsAndGridIsHarmless) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Laws, Precision,
-                         testing::Values("drucker_prager", "mu_i", "lade_duncan", "solid_fluid"));
+                         testing::Values("drucker_prager", "mu_i", "lade_duncan", "solid_fluid",
+                                         "contact_share"));
 
 }  // namespace
 }  // namespace grainpair

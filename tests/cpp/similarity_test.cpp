@@ -61,7 +61,7 @@ TEST_P(Similarity, ARelaxationTimeOfItsOwnIsSeen) {
 
 INSTANTIATE_TEST_SUITE_P(Laws, Similarity,
                          testing::Values("drucker_prager", "mu_i", "lade_duncan", "critical_state",
-                                         "solid_fluid"));
+                                         "solid_fluid", "contact_share"));
 
 }  // namespace
 }  // namespace grainpair

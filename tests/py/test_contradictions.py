@@ -14,7 +14,7 @@ from cases.programs import ROOT, call, program
 from compare.commands import calibrate
 from compare.element import calibration
 from compare.element.calibration import NAMES, Fit
-from compare.element.model import Card
+from compare.element.card import Card
 from compare.mapping.reductions import example_run
 from compare.verdict import findings
 from compare.verdict.comparison import Comparison

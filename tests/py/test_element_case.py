@@ -10,7 +10,17 @@ from compare.element.case import Case
 
 
 @pytest.mark.parametrize(
-    "test", ["shear", "shear/slow.toml", "bumpy_shear", "cooling", "triaxial", "isotropic"]
+    "test",
+    [
+        "shear",
+        "shear/slow.toml",
+        "shear/loose.toml",
+        "reversal",
+        "bumpy_shear",
+        "cooling",
+        "triaxial",
+        "isotropic",
+    ],
 )
 def test_every_shipped_case_is_valid_and_names_its_points_apart(test):
     case = Case(ROOT / "cases" / test)

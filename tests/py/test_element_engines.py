@@ -6,7 +6,7 @@ from cases.errors import EngineError
 from cases.programs import ROOT
 from compare.element import campaign, records
 from compare.element.case import Case
-from compare.element.tests import cooling, shear, triaxial
+from compare.element.tests import cooling, reversal, shear, triaxial
 
 
 def case(test):
@@ -105,3 +105,23 @@ def test_an_engine_that_stops_says_why(tmp_path):
         shear.run(this.grains, point, tmp_path)
     rows = campaign.run_point(this, point)
     assert rows[0]["status"].startswith("failed: ") and rows[0]["seed"] == point["seed"]
+
+
+def test_a_reversal_takes_the_structure_of_the_grains_apart(tmp_path):
+    """Of a few grains, fast: pressure builds up with strain, falls when the flow turns, comes back.
+
+    The shear stress is that of the flow's new sense, and is behind. Factors of 2 where ten times
+    as many grains show 10.
+    """
+    this = case("reversal")
+    point = campaign.points(this)[0] | {
+        "solid_fraction": 0.59,
+        "shear_rate": 200.0,
+        "grains": 300,
+        "seed": 7,
+    }
+    rows = reversal.run(this.grains, point, tmp_path)
+    (_, pressure, ratio), (_, turned, turned_ratio) = (reversal.curve(rows, i) for i in (0, 1))
+    assert pressure[0] < 0.5 * pressure[-1]
+    assert turned[3:6].min() < 0.5 * min(pressure[-1], turned[-1])
+    assert turned_ratio[0] < 0.5 * ratio[-1] < turned_ratio[-1]

@@ -16,7 +16,8 @@ from compare.element import cross_check, records
 from compare.element.blocks import every
 from compare.element.case import Case
 from compare.element.deviations import table, verdicts
-from compare.element.model import Card, Law, Model
+from compare.element.card import Card
+from compare.element.model import Law, Model
 from compare.element.tests import compared_tests, shear
 
 

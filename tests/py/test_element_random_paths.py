@@ -35,8 +35,10 @@ path = st.fixed_dictionaries(
                 "lade_duncan",
                 "critical_state",
                 "solid_fluid",
+                "contact_share",
             ]
         ),
+        "correlation_length": st.sampled_from(["berzi", "softened"]),
         "card": st.sampled_from(["seed_table1", "dem_mu05"]),
         "void_ratio": st.floats(0.6, 0.8),
         "pressure": st.sampled_from([10.0, 1e3, 1e5]),
@@ -46,7 +48,8 @@ path = st.fixed_dictionaries(
 
 
 def drive(given_path: dict, folder, *extra: str) -> dict:
-    settings_ = [f"material.law={given_path['law']}", f"material.card={given_path['card']}", *extra]
+    named = ("law", "card", "correlation_length")
+    settings_ = [f"material.{key}={given_path[key]}" for key in named] + [*extra]
     text = [
         f"case = {json.dumps(str(ROOT / 'cases' / 'column'))}",
         f"set = {json.dumps(settings_)}",
@@ -82,11 +85,16 @@ def drive(given_path: dict, folder, *extra: str) -> dict:
                 "fluctuation",
                 "plastic_dissipation",
                 "regime_4_dissipation",
+                "contact_dissipation",
                 "granular_temperature",
                 "regime",
                 "p_q",
             )
         }
+
+
+def dissipated(r: dict) -> np.ndarray:
+    return sum(r[f"{kind}_dissipation"] for kind in ("plastic", "collisional", "contact"))
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)
@@ -97,14 +105,12 @@ def test_random_paths_balance_and_dissipate(tmp_path_factory, given_path):
     Dissipations never fall.
     """
     r = drive(given_path, tmp_path_factory.getbasetemp())
-    held, gone = (
-        r["stored"] + r["fluctuation"],
-        r["plastic_dissipation"] + r["regime_4_dissipation"],
-    )
+    held, gone = r["stored"] + r["fluctuation"], dissipated(r)
     turnover = held[0] + np.cumsum(np.abs(np.diff(r["work"], prepend=0.0))) + held + gone
     assert np.all(np.abs(r["work"] - (held - held[0]) - gone) <= 1e-12 * turnover)
     assert np.all(np.diff(r["plastic_dissipation"]) >= -1e-14 * turnover[1:])
     assert np.all(np.diff(r["regime_4_dissipation"]) >= 0.0)
+    assert np.all(np.diff(r["contact_dissipation"]) >= 0.0)
     assert np.all(r["granular_temperature"] >= 0.0) and np.all(held >= 0.0)
     if given_path["law"] not in ("linear_elastic",):
         assert np.all(r["p_q"] >= 0.0)  # no cohesion
@@ -123,6 +129,7 @@ def test_a_path_that_creates_energy_is_seen(tmp_path):
         {
             "law": "solid_fluid",
             "card": "seed_table1",
+            "correlation_length": "berzi",
             "void_ratio": 0.8,
             "pressure": 0.0,
             "legs": [shear],
@@ -130,9 +137,6 @@ def test_a_path_that_creates_energy_is_seen(tmp_path):
         tmp_path,
         "material.temperature_update=explicit",
     )
-    held, gone = (
-        r["stored"] + r["fluctuation"],
-        r["plastic_dissipation"] + r["regime_4_dissipation"],
-    )
+    held, gone = r["stored"] + r["fluctuation"], dissipated(r)
     turnover = held[0] + np.cumsum(np.abs(np.diff(r["work"], prepend=0.0))) + held + gone
     assert not np.all(np.abs(r["work"] - (held - held[0]) - gone) <= 1e-12 * turnover)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from cases.errors import CaseError
 from compare.element.blocks import Block, Choose
+from compare.element.card import Card
 from compare.element.case import Case
 from compare.element.model import Law
 from compare.element.records import Rows
@@ -36,6 +37,7 @@ class ComparedTest(ElementTest):
     blocks: Callable[[Rows, Choose], list[Block]]
     draw: Callable[[Rows, dict[str, Law], Path], list[Path]]  # returns the files written
     fitted: Callable[[Rows], Rows] = list  # the rows that a calibration may use
+    within: Callable[[Card], bool] = lambda card: True  # whether the card's law can follow at all
     driven: Callable[[Case], dict] = lambda case: {}  # what PointModel is told beside its card
     remarks: Callable[[Case, Rows], list[str]] = lambda case, rows: []  # beside the verdicts
 

@@ -23,7 +23,8 @@ from dem_reference.periodic.start import box_side, random_positions
 
 BOLTZMANN = 1.380649e-23  # [J/K] in LAMMPS's si units
 MEASURED = ("granular_temperature", "pressure", "shear_stress", "coordination")
-SCRIPT = """\
+# Grains grown in a periodic box, without friction and then with it.
+GROWN = """\
 units si
 atom_style sphere 1
 atom_modify map array
@@ -47,9 +48,10 @@ reset_timestep 0
 set group all diameter {d}
 set group all density {rho}
 pair_coeff * * hertz/material {E} {e} {nu} tangential mindlin NULL 1.0 {mu} damping tsuji
-velocity all create {temperature} {velocity_seed} dist gaussian
-velocity all ramp vx 0 {top_speed} y 0 {side} sum yes units box
-fix shear all deform 1 xy erate {rate} remap v flip yes
+"""
+# What is measured in a sheared box, every `window` steps: T, xx, yy, zz and xy of the stress,
+# coordination.
+MEASURING = """\
 compute T all temp/deform
 compute P all pressure T
 compute z all contact/atom
@@ -58,8 +60,17 @@ thermo_style custom step c_T c_P
 thermo_modify lost error norm no flush yes
 thermo {window}
 fix mean all ave/time 10 {samples} {window} c_T c_P[1] c_P[2] c_P[3] c_P[4] c_zm file mean.txt
-run {steps}
 """
+SCRIPT = (
+    GROWN
+    + """\
+velocity all create {temperature} {velocity_seed} dist gaussian
+velocity all ramp vx 0 {top_speed} y 0 {side} sum yes units box
+fix shear all deform 1 xy erate {rate} remap v flip yes
+"""
+    + MEASURING
+    + "run {steps}\n"
+)
 
 
 def points(case: Case) -> list[tuple[dict, int]]:
@@ -89,18 +100,8 @@ def run(grains: Grains, point: dict, folder: Path) -> Rows:
     guess = 0.3 * (rate * grains.diameter) ** 2
     lammps.run(
         SCRIPT.format(
-            E=grains.young_modulus,
-            e=lammps.restitution_to_enter(grains.restitution),
-            nu=grains.poisson_ratio,
-            mu=grains.friction,
-            rho=grains.density,
-            d=grains.diameter,
-            d0=d0,
-            side=side,
-            dt=dt,
+            **grown(grains, point, side, d0),
             rate=rate,
-            skin=0.2 * grains.diameter,
-            grow_steps=20000,
             temperature=grains.mass * guess / BOLTZMANN,
             velocity_seed=10007 + point["seed"],
             top_speed=rate * side,
@@ -112,6 +113,23 @@ def run(grains: Grains, point: dict, folder: Path) -> Rows:
     )
     windows = np.loadtxt(folder / "mean.txt")[:, 1:]
     return [means(grains, windows[round(2 * point["strain_discarded"]) :])]
+
+
+def grown(grains: Grains, point: dict, side: float, diameter: float) -> dict:
+    """What GROWN holds for: grains of `diameter` [m] that grow to their own in a cube of `side`."""
+    return {
+        "E": grains.young_modulus,
+        "e": lammps.restitution_to_enter(grains.restitution),
+        "nu": grains.poisson_ratio,
+        "mu": grains.friction,
+        "rho": grains.density,
+        "d": grains.diameter,
+        "d0": diameter,
+        "side": side,
+        "dt": point["time_step_fraction"] * grains.rayleigh_time(),
+        "skin": 0.2 * grains.diameter,
+        "grow_steps": 20000,
+    }
 
 
 def means(grains: Grains, windows: np.ndarray) -> dict:

@@ -23,6 +23,7 @@ LAWS = {
     "lade_duncan": "#1f5fa8",
     "critical_state": "#7b4ea3",
     "solid_fluid": "#b0367a",
+    "contact_share": "#d2691e",
     "linear_elastic": "#8a8f98",
 }
 MARKERS = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "p", "h", "*", "d", "8")

@@ -8,7 +8,8 @@ from cases.programs import ROOT
 from compare.element import records
 from compare.element.blocks import by_point
 from compare.element.case import Case
-from compare.element.model import Card, Model
+from compare.element.card import Card
+from compare.element.model import Model
 from compare.verdict.findings import Finding, Severity, check
 
 SHEAR = ROOT / "cases" / "shear"

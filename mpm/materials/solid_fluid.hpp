@@ -1,0 +1,153 @@
+// The seed's model, whole [Ceccato2019]: quasi-static and collisional stress in parallel, sigma =
+// sigma_q + sigma_c (Eq. 6), with the energies and the dissipations of both (Eqs. 4, 5); and room
+// for the stress of enduring contacts, which is ours.
+#pragma once
+
+#include <optional>
+#include <type_traits>
+
+#include "mpm/materials/body_of.hpp"
+#include "mpm/materials/dormand_prince.hpp"
+#include "mpm/materials/kinetic_theory.hpp"
+#include "mpm/materials/quasi_static.hpp"
+
+namespace grainpair {
+
+/// A law beside whose collisions no contacts endure.
+struct NoContacts {
+  explicit NoContacts(const Case&) {}
+
+  template <class Real>
+  struct Memory {};
+
+  template <class Real>
+  Memory<Real> followed(const Memory<Real>& old, const DeformationOf<Real>&) const {
+    return old;
+  }
+  template <class Real>
+  Real inverse_g(const KineticTheory& gas, const Real& e, const Memory<Real>&) const {
+    return gas.inverse_g(e);
+  }
+};
+
+/// `Contacts` says what enduring contacts add to the collisions: nothing (NoContacts), or, derived
+/// from WithContacts, `share(c, memory, dev)`, their shear stress over that of collisions of
+/// coefficients c where dev D is `dev`. Their Memory follows the strain (`followed`), and the
+/// contact value 1/G of collisions may depend on it (`inverse_g`).
+template <class Contacts>
+class SolidFluidWith : public Contacts {
+ public:
+  static constexpr bool regimes_cost_differently = true;
+  template <class Real>
+  struct State {
+    Tensor<Real> strain = Tensor<Real>::Zero();  // as of QuasiStaticState
+    // tensors first: among scalars they would need padding, and states are arrays of numbers
+    [[no_unique_address]] typename Contacts::template Memory<Real> memory{};
+    Real regime = collisional;
+    Real speed = 0.0;      // sqrt(T) [m/s]
+    Real viscosity = 0.0;  // lam + 4 eta/3 [Pa s]
+  };
+
+  explicit SolidFluidWith(const Case& c)
+      : Contacts(c), model_(c), gas_(c), collisions_(c.flag("material.collisions")) {
+    if (c.word("material.integrator") == "dormand_prince") rates_.emplace(model_);
+  }
+
+  Response<double, State> initial(const InitialState& start) const {
+    const Deformation still{SymTensor::Zero(), Vec3::Zero(), 0.0, start.void_ratio,
+                            start.void_ratio};
+    return in_parallel(model_.initial(start.sigma, start.void_ratio), still,
+                       collisions_ ? std::sqrt(start.granular_temperature) : 0.0, {});
+  }
+
+  template <class Real>
+  Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>& step) const {
+    const QuasiStaticState<Real> turned{corotated(old.strain, step.spin, step.dt), old.regime};
+    const Tensor<Real> increment = strain_increment(step);
+    return in_parallel(
+        rates_ ? (*rates_)(turned, increment, step.void_ratio_old, step.void_ratio)
+               : model_.implicit(turned, increment, step.void_ratio_old, step.void_ratio),
+        step, old.speed, Contacts::followed(old.memory, step));
+  }
+
+  template <class Real>
+  StabilityOf<Real> stability(const State<Real>& state, const Real& e) const {
+    return {model_.modulus(QuasiStaticState<Real>{state.strain, state.regime}, e), state.viscosity};
+  }
+
+  template <class Real>
+  Real granular_temperature(const State<Real>& state) const {
+    return state.speed * state.speed;
+  }
+
+  double conductivity(const State<double>& state, double e) const {
+    return gas_.parameters.density / (1.0 + e) * gas_.conductivity(e, state.speed);
+  }
+
+  /// The state after `energy` has come to its fluctuations [J/kg]; they can not give more than they
+  /// hold.
+  State<double> heated(State<double> state, double energy) const {
+    state.speed = std::sqrt(std::max(0.0, state.speed * state.speed + energy / 1.5));
+    return state;
+  }
+
+  SymTensor quasi_static_stress(const State<double>& state, double e) const {
+    return model_.volume.cauchy(e) * model_.elasticity.stress(state.strain);
+  }
+
+ private:
+  /// sigma = sigma_q + sigma_c [Ceccato2019, Eq. 6] and the energies per mass of both.
+  template <class Real>
+  Response<Real, State> in_parallel(const QuasiStaticResponse<Real>& q,
+                                    const DeformationOf<Real>& step, const Real& old_speed,
+                                    const typename Contacts::template Memory<Real>& memory) const {
+    const Real e = step.void_ratio;
+    const double per_mass = model_.volume.per_mass;
+    Response<Real, State> r;
+    r.regime = q.state.regime;
+    r.sigma = model_.volume.cauchy(e) * q.stress;
+    r.state = {q.state.strain, memory, q.state.regime, old_speed, 0.0};
+    r.energies.stored = per_mass * q.stored;
+    r.energies.plastic = per_mass * q.dissipated;
+    r.work = per_mass * q.work;
+    if (collisions_) {
+      // Voids evened out between points are no flow: collisions neither heat by it nor resist it.
+      const Real trD = trace(step.D) - step.mixing, dt = step.dt;
+      const Tensor<Real> dev = deviator(step.D);
+      const Real gdot2 = 2.0 * dev.squaredNorm();
+      const auto c =
+          gas_.coefficients(e, Contacts::inverse_g(gas_, e, memory), sqrt(gdot2), old_speed);
+      const Real s = gas_.advance(c, old_speed, gdot2, trD, dt);
+      const Real Y = gas_.softened(c, s), density = gas_.parameters.density * (1.0 / (1.0 + e));
+      const Real p_c = c.P * Y * s * s, eta = c.H * Y * s, lam = c.B * Y * s;  // per bulk density
+      const auto matter = (1.0 + e) * KineticTheory::void_fraction < 1.0;
+      const Real bulk = select(matter, density, Real(0.0));
+      const Real in_step = select(matter, dt, Real(0.0));
+      // sigma_c = p_c I + lam tr(D) I + 2 eta dev(D) [Ceccato2019, Eq. 12]
+      r.collisional_pressure = bulk * (p_c + lam * trD);
+      r.sigma = plus_isotropic(r.sigma + (2.0 * bulk * eta) * dev, r.collisional_pressure);
+      r.state.speed = select(matter, s, old_speed);
+      r.state.viscosity = bulk * (lam + 4.0 / 3.0 * eta);
+      r.work += in_step * (p_c * trD + lam * trD * trD + eta * gdot2);
+      r.energies.regime_4 = in_step * c.Q * Y * s * s * s;
+      if constexpr (std::is_base_of_v<WithContacts, Contacts>) {
+        const Real eta_k = Contacts::share(c, memory, dev) * eta;
+        r.sigma += (2.0 * bulk * eta_k) * dev;
+        r.state.viscosity += bulk * (4.0 / 3.0 * eta_k);
+        r.energies.contact = in_step * (eta_k * gdot2);
+        r.work += r.energies.contact;
+      }
+    }
+    r.energies.fluctuation =
+        1.5 * r.state.speed *
+        r.state.speed;  // E_c = 3/2 rho_s T/(1+e) per volume [Ceccato2019, Eq. 11]
+    return r;
+  }
+
+  QuasiStatic model_;
+  std::optional<DormandPrince> rates_;
+  KineticTheory gas_;
+  bool collisions_;
+};
+
+}  // namespace grainpair
