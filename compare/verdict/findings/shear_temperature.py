@@ -12,6 +12,7 @@ from compare.element.card import Card
 from compare.element.model import Model
 from compare.verdict.findings import Finding, Severity, check
 
+LAWS = ("solid_fluid", "contact_share")  # whose steady shear the closed form knows
 SHEAR = ROOT / "cases" / "shear"
 BETWEEN = (0.55, 0.58)  # solid fractions: dense, and still below the critical one
 # Mapped from a column, T/(gdot d)^2 itself grows by 1.4 (0.29 to 0.41) when the averaging width
@@ -38,7 +39,7 @@ def ratio(card: Card, shear: Case) -> float:
 
 @check(order=86)
 def shear_temperature(c, metrics):
-    """Granular temperature of the full model in steady simple shear, in closed form with the
+    """Granular temperature of the law in steady simple shear, in closed form with the
     case's constants, over that of the grains in the element test cases/shear; only where the case
     has such grains, for which the correlation length is a choice that the test can judge.
     """
@@ -46,7 +47,7 @@ def shear_temperature(c, metrics):
         return
     scene = c.mpm[0].case
     material = scene["material"]
-    if material.get("law") != "solid_fluid" or not material["collisions"]:
+    if material.get("law") not in LAWS or not material["collisions"]:
         return
     if material["effective_restitution"] == 1.0:  # no length dissipates: there is no steady state
         return
