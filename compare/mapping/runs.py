@@ -202,6 +202,16 @@ class Run:
         """The same in units of the reference energy."""
         return self.joules(name) / self.reference_energy
 
+    def mean_motion(self) -> np.ndarray:
+        """Translational kinetic energy of the mean motion, in units of the reference energy.
+
+        The continuum's kinetic energy is that; its fluctuations are an account of their own. The
+        grains' holds both, so what is not coarse motion (dem_reference/fluctuation.py) is taken
+        off, where it was sampled.
+        """
+        kinetic = self.normalised("kinetic")
+        return kinetic - self.normalised("fluctuation") if self.engine == "dem" else kinetic
+
     def released(self) -> float:
         """Potential energy at release minus that at the end [J]."""
         potential = self.joules("potential")

@@ -6,12 +6,12 @@ from compare.mapping.reductions import example_run
 
 @metric(unit="-", source="energy histories of both engines", of_pair=True)
 def kinetic_energy_distance(mpm, dem):
-    """Area between the two histories of kinetic energy over the area under the grains': integral of
-    |E_k,mpm - E_k,dem| dt over integral of E_k,dem dt, to the later end of the two; a run that has
-    ended holds its last value.
+    """Area between the two histories of the kinetic energy of the mean motion over the area under
+    the grains': integral of |E_k,mpm - E_k,dem| dt over integral of E_k,dem dt, to the later end of
+    the two; a run that has ended holds its last value.
     """
     tau = np.union1d(mpm.energy_tau(), dem.energy_tau())
-    a, b = (np.interp(tau, run.energy_tau(), run.normalised("kinetic")) for run in (mpm, dem))
+    a, b = (np.interp(tau, run.energy_tau(), run.mean_motion()) for run in (mpm, dem))
     return float(np.trapz(abs(a - b), tau) / np.trapz(b, tau))
 
 

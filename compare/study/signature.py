@@ -17,7 +17,7 @@ from compare.metrics.moving_without_stress import moving_without_stress
 # run_out_95 is read at the one above 95 %, 95.1 %, of every run alike.
 LEVELS = np.union1d(np.arange(1, 513) / 512, [0.99 + 1e-9, 0.995 + 1e-9])
 INTERVAL = 0.05  # of the histories [sqrt(H/g)]
-HISTORY = ("kinetic", "potential", "dissipated", "unaccounted", DENSE)
+HISTORY = ("kinetic", "fluctuation", "potential", "dissipated", "unaccounted", DENSE)
 PARTS = 10**5  # of the dissipation in place: the unit of a cell's share
 
 

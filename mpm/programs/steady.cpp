@@ -108,7 +108,8 @@ class Sheared {
   double temperature(std::size_t i) const { return batch_.granular_temperature[i]; }
   /// Plastic flow as it was over the step: the probe is too short to leave the cone's tolerance.
   double dissipation(std::size_t i) const {  // [W/m3]
-    const double spent = plastic_[i] * steps + Energies(batch_.energies[i]).regime_4 / probe;
+    const Energies now = batch_.energies[i];
+    const double spent = plastic_[i] * steps + (now.regime_4 + now.contact) / probe;
     return spent * grain_density_ / (1.0 + void_ratio_[i]) * conditions_[i].shear_rate;
   }
 
@@ -282,8 +283,7 @@ void write(const SteadyShear& answers, std::span<const Condition> conditions, co
   put("deviatoric_stress", "Pa", "sqrt(s : s/2)", answers.deviatoric_stress);
   put("void_ratio", "-", "void ratio", answers.void_ratio);
   put("granular_temperature", "m2/s2", "held, or the law's own", answers.granular_temperature);
-  put("dissipation", "W/m3", "power dissipated by plastic flow and collisions",
-      answers.dissipation);
+  put("dissipation", "W/m3", "power dissipated, in all accounts", answers.dissipation);
   put("change", "-",
       "largest of stress, volume and granular temperature over the last unit of strain, relative",
       answers.change);

@@ -28,7 +28,7 @@ struct SteadyShear {
   std::vector<double> deviatoric_stress;     // |s| = sqrt(s : s/2) [Pa]
   std::vector<double> void_ratio;            // [-]
   std::vector<double> granular_temperature;  // [m2/s2]
-  std::vector<double> dissipation;           // by plastic flow and collisions [W/m3]
+  std::vector<double> dissipation;           // in all accounts [W/m3]
   std::vector<double>
       change;  // of stress, volume or granular temperature over the last unit of strain [-]
 };

@@ -2,7 +2,7 @@ from cases.style import COLOUR, LABEL
 from compare.report.charts import chart, panels
 
 PANELS = (
-    ("kinetic", "kinetic energy $E_k/E_0$"),
+    ("kinetic", "kinetic energy of the mean motion $E_k/E_0$"),
     ("potential", "potential energy left $(E_p - E_p^{end})/E_0$"),
     ("dissipated", "energy dissipated $D/E_0$"),
 )
@@ -14,7 +14,7 @@ def energies(comparison, narrow):
     for ax, (name, label) in zip(axes, PANELS):
         for runs in (comparison.mpm, comparison.dem):
             for i, run in enumerate(runs):
-                values = run.normalised(name)
+                values = run.mean_motion() if name == "kinetic" else run.normalised(name)
                 if name == "potential":
                     values = values - values[-1]
                 ax.plot(
@@ -33,7 +33,7 @@ def energies(comparison, narrow):
         else ""
     )
     return figure, (
-        "Kinetic energy, potential energy above its end value, and physically dissipated energy, "
-        "all over the "
+        "Kinetic energy of the mean motion, which leaves the fluctuations of the grains out, "
+        "potential energy above its end value, and physically dissipated energy, all over the "
         "energy E0 that the grains release." + scatter
     )
