@@ -4,71 +4,67 @@ Each law runs each scene; its deviations from the grains stand beside its overal
 all of them a straight line is fitted, and every scene is foretold by a line through the others.
 """
 
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from cases.case import Case
 from compare.judge import trial as judged
 from compare.judge.trial import Trial
-from compare.mapping.runs import map_fields, open_fields, open_run
 from compare.metrics import all_metrics
-from compare.study import sweep
+from compare.study import reference, sweep
+from compare.study.distance import cost, errors
 from compare.study.recipe import Recipe
+from compare.study.signature import expand
 
-# What is foretold: a metric of a run, and the figure of compare/study/figures.py that is the same.
-HEADLINES = {
-    "run_out_95": "run_out_95",
-    "final_height": "height",
-    "centre_of_mass_x": "centre",
-}
+# What is foretold.
 WORDS = {
     "run_out_95": "run-out, 95 % of the mass, over the final length",
     "final_height": "height",
     "centre_of_mass_x": "centre of mass along x",
 }
+HEADLINES = tuple(WORDS)
 
 
-def grains(files: list[Path]) -> dict[str, float]:
-    """Means of the HEADLINES over packings."""
-    metrics = all_metrics()
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
-        path = Path(folder) / "fields.h5"
-        runs = [open_run(file) for file in files]
-        map_fields(files, path, "--frame", str(min(len(run.time) for run in runs) - 1))
-        for run in runs:
-            run.mapped = open_fields(path, run.name)
-        return {name: float(np.mean([metrics[name](run) for run in runs])) for name in HEADLINES}
+def headlines(signature: dict, scene) -> dict[str, float]:
+    """The HEADLINES of a signature (compare/study/signature.py), in L0."""
+    metrics, run = all_metrics(), expand(signature, scene)
+    told = {name: float(metrics[name](run)) for name in ("run_out_95", "centre_of_mass_x")}
+    return told | {"final_height": signature["height"]}
 
 
 def of_scene(trial: Trial, options) -> pd.DataFrame:
-    """A row per law: scene, law, bias with its range, and the deviations, each relative: of the
-    run-out to the final length, of height and centre of mass to the grains' own. A law whose run
-    fails has none.
+    """A row per law: scene, law, bias with its range, and the deviations from the grains, each
+    relative: of the run-out to the final length, of height and centre of mass to the grains' own;
+    then the errors of compare/study/distance.py and how many times cheaper than the grains it is.
+    NaN of a law whose run fails.
     """
-    scene: Case = trial.scene
+    scene = trial.scene
     softness = scene["dem.young_modulus"] or scene["grains.young_modulus"]
     stiffness = f"mpm.young_modulus={softness:g}"
     recipes = [
         Recipe("mpm", (*options.overrides, *law.candidate.words, stiffness), law.label)
         for law in trial.laws
     ]
-    found = sweep.run_tasks(
-        scene, [one.as_json() for one in recipes], options, "compare.study.figures"
-    )
-    reference, table = grains(trial.files), judged.overall(trial).set_index("law")
+    found = sweep.run_recipes(scene, recipes, options)
+    grains = reference.of_runs(trial.files, scene)
+    told = [headlines(member, scene) for member in grains["members"]]
+    mean = {name: float(np.mean([one[name] for one in told])) for name in HEADLINES}
+    dear = float(np.mean([cost(member) for member in grains["members"]]))
+    table = judged.overall(trial).set_index("law")
     rows = []
-    for law, figures in zip(trial.laws, found):
+    for law, point in zip(trial.laws, found):
         line = table.loc[law.label]
         row = {"scene": scene.path.parent.name, "law": law.label, "bias": line["bias of μ_D"]}
         row |= {"from": line["from"], "to": line["to"]}
-        for name, figure in HEADLINES.items():
-            base = reference[name] + (1.0 if name == "run_out_95" else 0.0)
-            off = (figures.get(figure, np.nan) - reference[name]) / base
-            row[name] = float(off)
+        if point["status"] == "ok":
+            own = headlines(point, scene)
+            for name in HEADLINES:
+                base = mean[name] + (1.0 if name == "run_out_95" else 0.0)
+                row[name] = (own[name] - mean[name]) / base
+            off = errors(point, grains["mean"], scene)
+            row |= {f"error_{name}": value for name, value in off.items() if name != "combined"}
+            row["cheaper"] = dear / cost(point)
         rows.append(row)
     return pd.DataFrame(rows)
 

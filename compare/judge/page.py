@@ -18,7 +18,10 @@ UNITS = (
     "high: the range; work: share of the work done in all that flows [-]; grains, value: means [SI]"
 )
 
-OUTCOME = "deviations, each relative: run_out_95 to the final length; bias of mu_D [-]"
+OUTCOME = (
+    "bias of mu_D; deviations, each relative: run_out_95 to the final length; errors as frontier "
+    "has them; cheaper: times, than the grains [-]"
+)
 FORETOLD = (
     "deviation = at no bias + slope * bias; explained: share of the variance; left, foretold, by "
     "the mean: root mean squares of what the line leaves, of scenes foretold by a line through the "

@@ -41,9 +41,7 @@ def measure(scene: Path, recipe: Recipe) -> dict:
 
 
 def run(scene: Path, recipe: Recipe) -> dict:
-    """One run of the engine, as a signature or a failure. Its fields are mapped where there is a
-    granular temperature to be told.
-    """
+    """One run of the engine, as a signature or a failure."""
 
     def limited():
         resource.setrlimit(resource.RLIMIT_CPU, (int(recipe.timeout) + 1, int(recipe.timeout) + 5))
@@ -66,12 +64,14 @@ def run(scene: Path, recipe: Recipe) -> dict:
 
 
 def mapped(result: Path) -> Run:
-    """The run of a result; with its fields, mapped beside it, where it has a temperature."""
+    """The run of a result with its fields, mapped beside it: of every frame where it has a
+    temperature, else of the last, which tells the height.
+    """
     found = open_run(result)
-    if has_temperature(found):
-        fields = result.with_name(f"fields_{result.name}")
-        map_fields([result], fields, "--threads", "1")
-        found.mapped = open_fields(fields, found.name)
+    fields = result.with_name(f"fields_{result.name}")
+    some = () if has_temperature(found) else ("--frame", str(len(found.time) - 1))
+    map_fields([result], fields, "--threads", "1", *some)
+    found.mapped = open_fields(fields, found.name)
     return found
 
 

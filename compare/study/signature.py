@@ -11,6 +11,7 @@ from cases.case import Case
 from compare.mapping.dissipation import InPlace, in_place
 from compare.mapping.reductions import DENSE, dense_fluctuation
 from compare.mapping.runs import Cloud, Run
+from compare.metrics.final_height import final_height
 from compare.metrics.moving_without_stress import moving_without_stress
 
 # of the quantile function of mass; with the levels of 99 and 99.5 %, a rounding error above them.
@@ -23,8 +24,8 @@ PARTS = 10**5  # of the dissipation in place: the unit of a cell's share
 
 def compact(run: Run) -> dict:
     """x_k [m], the x within which the share LEVELS[k] of the final mass lies; histories [J] every
-    INTERVAL; dissipation in place and the share of moving points without stress, where they are
-    known; the run's cost.
+    INTERVAL; height [L0] of the free surface, dissipation in place and the share of moving points
+    without stress, where they are known; the run's cost.
     """
     cloud, tau = run.clouds[-1], run.energy_tau()
     order = np.argsort(cloud.x[:, 0], kind="stable")
@@ -48,6 +49,7 @@ def compact(run: Run) -> dict:
         "x": digits(x),
         "tau": digits(times),
         **{name: digits(values) for name, values in history.items()},
+        **({"height": float(f"{final_height(run):.4g}")} if run.mapped else {}),
         **({"dissipation": packed(gone)} if gone else {}),
         **({"moving_without_stress": float(f"{free:.4g}")} if np.isfinite(free) else {}),
         "steps": int(steps),
