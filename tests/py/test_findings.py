@@ -13,7 +13,7 @@ from synthetic import write_pair
 
 from cases.programs import ROOT, program
 from compare import __main__ as cli
-from compare.mapping.contacts import largest_overlap
+from compare.mapping.contacts import base_friction, largest_overlap
 from compare.mapping.reductions import example_run
 from compare.mapping.runs import map_fields, open_run
 from compare.metrics import all_metrics
@@ -210,6 +210,29 @@ def test_grains_that_overlap(tmp_path, overlap, count):
     c = Comparison([open_run(folder / "mpm.h5")], [run])
     findings.all_checks()
     assert len(findings.REGISTRY["overlaps"](c, {})) == count
+
+
+@pytest.mark.parametrize("friction, count", [(0.1, 1), (0.39, 0)])
+def test_a_base_on_which_grains_roll(tmp_path, friction, count):
+    folder = write_pair(tmp_path, mpm={"frames": 2}, dem={"frames": 2})
+    with h5py.File(folder / "dem.h5", "a") as f:
+        frame = f["data/100"]
+        ids, speed = frame["particles/cloud/id"][:], frame["particles/cloud/velocity/x"]
+        speed[:3] = [1.0, -1.0, 0.0]  # to either side, and at rest
+        contacts = frame.create_group("contacts")
+        contacts["first"], contacts["second"] = ids[:4], [-3, -3, -3, -1]  # the last: left wall
+        forces = ([-friction, friction, 0.4, 5.0], [1.0, 1.0, 1.0, 0.0], [0.0] * 4)
+        for k, values in zip("xyz", forces):
+            contacts[f"force/{k}"] = values
+    run = open_run(folder / "dem.h5")
+    run.case.values["walls"] |= {"base": "coulomb", "base_friction": 0.4}
+    assert base_friction(run) == pytest.approx(friction)
+    c = Comparison([open_run(folder / "mpm.h5")], [run])
+    findings.all_checks()
+    check = findings.REGISTRY["base_rolls"]
+    assert len(check(c, {})) == count
+    run.case.values["walls"]["base"] = "glued"
+    assert check(c, {}) == []
 
 
 def test_a_law_without_granular_temperature_is_said_and_gets_no_black_panels(good):
