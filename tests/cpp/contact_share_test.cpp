@@ -25,7 +25,7 @@ Case material(double share, const std::string& length = "softened") {
 
 /// What a point in steady simple shear says, its dissipations per second.
 struct Steady {
-  double temperature, pressure, shear, collisional, contact, viscosity;
+  double temperature, pressure, shear, regime_4, contact, viscosity;
 };
 
 Steady sheared(const std::string& law, const Case& constants, double nu, double rate) {

@@ -13,7 +13,7 @@ from cases import case
 from cases.programs import ROOT, call, program
 from compare.commands import calibrate
 from compare.element import calibration
-from compare.element.calibration import NAMES, Fit
+from compare.element.calibration import Fit, names
 from compare.element.card import Card
 from compare.mapping.reductions import example_run
 from compare.verdict import findings
@@ -101,12 +101,12 @@ def test_a_calibrated_card_says_its_grains_and_its_correlation_length(tmp_path):
     """The card can be used; it is silent of the grains it is of, and speaks of others."""
     blocks, grains = calibration.evidence(ROOT / "cases")
     options = types.SimpleNamespace(
-        start="seed_table1", card="mine", bootstrap=0, correlation="jenkins"
+        law="solid_fluid", start="seed_table1", card="mine", bootstrap=0, correlation="jenkins"
     )
     start = calibrate.start_of(options, grains)
     assert start.correlation_length == "jenkins"
     assert start.effective_restitution == Card.read("seed_table1").effective_restitution
-    error = dict.fromkeys(NAMES, np.nan)
+    error = dict.fromkeys(names(start), np.nan)
     text = calibrate.card_text(Fit(start, error, error, 1.0, 1, []), blocks, grains, options)
     assert "--correlation jenkins" in text
     (tmp_path / "mine.toml").write_text(text)
