@@ -32,13 +32,38 @@ def regimes_in_order(run):
     words = (
         f"{100 * whole / mass.sum():.0f} % of all mass becomes collisional; {without:.2f} of it "
         "passes 1, 2, 4 in this order, whether or not through 3; median first entry of those that "
-        f"enter [√(H/g)] {medians}"
+        f"enter [√(H/g)] {medians}{on_the_way(run, t[3])}"
     )
     return Finding(
         float(mass[ordered].sum() / whole),
         bool(mass[ordered].sum() > 0.5 * whole),
         float(t[3][reached].max()),
         words,
+    )
+
+
+def on_the_way(run, entry) -> str:
+    """What kept points from regime 3, which lies below the critical void ratio and takes strain to
+    reach: of those that enter 4 at the times `entry`, the share of the mass that was never denser
+    before, the share that had lost its contacts (regime 0), and the median strain at the entry.
+    """
+    states = [cloud.state for cloud in run.clouds]
+    if not all({"void_ratio", "deviatoric_strain"} <= state.keys() for state in states):
+        return ""
+    reached, mass = np.isfinite(entry), run.clouds[0].mass
+    before = run.tau()[:, None] < entry[reached]
+    at = np.argmin(abs(run.tau()[:, None] - entry[reached]), axis=0)
+    e, strain, regime = (
+        np.array([state[name] for state in states])[:, reached]
+        for name in ("void_ratio", "deviatoric_strain", "regime")
+    )
+    dense = (before & (e < run.case["material.critical_void_ratio"])).any(axis=0)
+    torn = (before & (regime == 0)).any(axis=0)
+    share = mass[reached] / mass[reached].sum()
+    median = np.median(strain[at, np.arange(reached.sum())])
+    return (
+        f"; before it {share[~dense].sum():.2f} was never denser than e_c, {share[torn].sum():.2f} "
+        f"had lost its contacts (regime 0); median strain at the entry {median:.3f}"
     )
 
 
