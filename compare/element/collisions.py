@@ -33,3 +33,16 @@ def jenkins_length(a, factor: float):
         slope = (3 * factor * length + 2 * (1 - factor)) * length
         length = np.clip(length - value / slope, 1, 10)
     return length
+
+
+def inverse_contact_value(nu, nu_m: float, pole: float):
+    """1/G = 1/(nu g0) of solid fractions, zero at and above `pole`.
+
+    g0 = (1 - w) CS + 2 w/(pole - nu), w = ((nu - nu_m)/(pole - nu_m))^2 above nu_m, CS Carnahan and
+    Starling's.
+    """
+    nu = np.asarray(nu, dtype=float)
+    carnahan_starling = (2 - nu) / (2 * (1 - nu) ** 3)
+    w = np.clip((nu - nu_m) / (pole - nu_m), 0, 1) ** 2
+    gap = np.maximum(pole - nu, 0)
+    return gap / (nu * (gap * (1 - w) * carnahan_starling + 2 * w))

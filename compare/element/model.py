@@ -7,14 +7,16 @@ Symbols as in [Ceccato2019]; compression positive; nu = 1/(1 + e).
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import asin, exp, sin, sqrt
+from math import exp
 from typing import Protocol
 
 import numpy as np
 from scipy.interpolate import interp1d
 
 from compare.element.card import Card
-from compare.element.collisions import effective_restitution, jenkins_length
+from compare.element.collisions import effective_restitution, inverse_contact_value
+from compare.element.collisions import jenkins_length
+from compare.element.cone import simple_shear_ratio
 from dem_reference.grains import Grains
 
 LONGEST = 30.0  # of the correlation length `softened` [d]
@@ -105,22 +107,14 @@ class Model:
     def inverse_G(self, nu, structure=1.0):
         """1/G = 1/(nu g0), zero at and above nu_c.
 
-        g0 = (1 - w) CS + 2 w/(nu_c - nu), w = ((nu - nu_m)/(nu_c - nu_m))^2, CS Carnahan and
-        Starling's. Grains without the `structure` that shear makes, from 0 to 1, jam at random
-        close packing, in a law that has a fabric: 1/G is the mean of both by `structure`.
+        Grains without the `structure` that shear makes, from 0 to 1, jam at random close packing, in
+        a law that has a fabric: 1/G is the mean of both by `structure`.
         """
-        if self.card.fabric_strain == 0 or np.all(structure == 1):
-            return self.inverse_G_of_pole(nu, self.nu_c)
-        loose = self.inverse_G_of_pole(nu, RANDOM_CLOSE)
-        return loose + structure * (self.inverse_G_of_pole(nu, self.nu_c) - loose)
-
-    def inverse_G_of_pole(self, nu, pole):
-        nu = np.asarray(nu, dtype=float)
         nu_m = 1 / (1 + self.card.loose_void_ratio)
-        carnahan_starling = (2 - nu) / (2 * (1 - nu) ** 3)
-        w = np.clip((nu - nu_m) / (pole - nu_m), 0, 1) ** 2
-        gap = np.maximum(pole - nu, 0)
-        return gap / (nu * (gap * (1 - w) * carnahan_starling + 2 * w))
+        if self.card.fabric_strain == 0 or np.all(structure == 1):
+            return inverse_contact_value(nu, nu_m, self.nu_c)
+        loose = inverse_contact_value(nu, nu_m, RANDOM_CLOSE)
+        return loose + structure * (inverse_contact_value(nu, nu_m, self.nu_c) - loose)
 
     def F(self, nu, structure=1.0):
         """F = (1 + e_n)/2 + 1/(4 G)."""
@@ -398,14 +392,3 @@ class Model:
         P0 = np.sqrt(p**2 + k * (1 - n) * q**2 / (3 * g))
         volume = (p * P0**-n - lateral ** (1 - n)) / (k * (1 - n) * pa ** (1 - n))
         return q * P0**-n / (3 * g * pa ** (1 - n)) + volume / 3, volume
-
-
-def simple_shear_ratio(stress_ratio: float) -> float:
-    """s/p where isochoric plastic flow on the Lade-Duncan cone is a simple shear.
-
-    eta = s/p = t (xy) + c diag(1, 1, -2). The flow direction dev(eta - eta.eta) has no zz part when
-    t^2 = 3 c (1 + c), which leaves 3 c - 4 c^3 of the cone's
-    (eta:eta)/2 - tr(eta^3)/3 = M^2/3 - 2 M^3/27: c = sin(asin(M^2/3 - 2 M^3/27)/3).
-    """
-    c = sin(asin(stress_ratio**2 / 3 - 2 * stress_ratio**3 / 27) / 3)
-    return sqrt(3 * c * (1 + c))

@@ -6,7 +6,8 @@ from scipy.integrate import solve_ivp
 from cases import case
 from cases.programs import ROOT
 from compare.element.card import Card
-from compare.element.model import Model, simple_shear_ratio
+from compare.element.cone import simple_shear_ratio
+from compare.element.model import Model
 from dem_reference.grains import Grains
 
 
