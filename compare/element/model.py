@@ -107,8 +107,8 @@ class Model:
     def inverse_G(self, nu, structure=1.0):
         """1/G = 1/(nu g0), zero at and above nu_c.
 
-        Grains without the `structure` that shear makes, from 0 to 1, jam at random close packing, in
-        a law that has a fabric: 1/G is the mean of both by `structure`.
+        Grains without the `structure` that shear makes, from 0 to 1, jam at random close packing
+        in a law that has a fabric: 1/G is the mean of both by `structure`.
         """
         nu_m = 1 / (1 + self.card.loose_void_ratio)
         if self.card.fabric_strain == 0 or np.all(structure == 1):
