@@ -42,7 +42,7 @@ def rows(answers: Answers, runs: list[list[Cells]]) -> tuple[list[dict], list[st
                 shares.append(float(work.sum() / cells.work[cells.flowing].sum()))
         if not means or not ratios:
             continue
-        factor = float(np.exp(0.5 * np.ptp(means) * np.nanmean(slopes)))
+        factor = float(np.exp(min(0.5 * np.ptp(means) * np.nanmean(slopes), 99.0)))
         if not factor <= ILL_POSED:
             refused[place] = factor
             continue

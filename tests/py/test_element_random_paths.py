@@ -94,7 +94,7 @@ def drive(given_path: dict, folder, *extra: str) -> dict:
 
 
 def dissipated(r: dict) -> np.ndarray:
-    return sum(r[f"{kind}_dissipation"] for kind in ("plastic", "collisional", "contact"))
+    return sum(r[f"{kind}_dissipation"] for kind in ("plastic", "regime_4", "contact"))
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)
