@@ -85,8 +85,8 @@ def candidates(
                 f"{', '.join(known_cards)})"
             )
         card = card or scene["material.card"]
-        changed = ", ".join(word.removeprefix("material.") for word in assignments)
-        found.append(Candidate(f"{law}, {card}, {changed}", law, card, tuple(assignments)))
+        changed = [word.removeprefix("material.") for word in assignments]
+        found.append(Candidate(", ".join([law, card, *changed]), law, card, tuple(assignments)))
     return found
 
 

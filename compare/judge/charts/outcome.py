@@ -23,7 +23,7 @@ def draw(table: pd.DataFrame, path: Path) -> tuple[str, list[str], str]:
     told = regression(table).set_index("headline")
     tips = {}
     with plt.rc_context(STUDY_STYLE):
-        figure, axes = plt.subplots(1, len(HEADLINES), figsize=(12.5, 4.4), layout="constrained")
+        figure, axes = plt.subplots(1, len(HEADLINES), figsize=(13.0, 4.4), layout="constrained")
         for ax, name in zip(axes, HEADLINES):
             for i, row in table.iterrows():
                 gid = f"{path.stem}-{name}-{i}"
@@ -43,7 +43,7 @@ def draw(table: pd.DataFrame, path: Path) -> tuple[str, list[str], str]:
             ax.plot(100 * span, 100 * line.at(span), color="#26292e", lw=1.0)
             ax.axhline(0.0, color="#8a8f98", lw=0.7)
             ax.axvline(0.0, color="#8a8f98", lw=0.7)
-            ax.set_title(f"{WORDS[name]}: {told.loc[name, 'explained']:.0%} explained", fontsize=9)
+            ax.set_title(f"{WORDS[name]}\n{told.loc[name, 'explained']:.0%} explained", fontsize=9)
             ax.set(xlabel="bias of μ_D [%]", ylabel="deviation from the grains [%]")
         marks = [
             plt.Line2D([], [], ls="", marker="o", color=colormaps["tab20"](k % 20), label=law)
