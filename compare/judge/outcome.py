@@ -11,11 +11,13 @@ import pandas as pd
 
 from compare.judge import trial as judged
 from compare.judge.trial import Trial
+from compare.mapping.runs import open_run
 from compare.metrics import all_metrics
 from compare.study import reference, sweep
 from compare.study.distance import cost, errors
 from compare.study.recipe import Recipe
 from compare.study.signature import expand
+from compare.verdict.findings.base_rolls import grains_roll
 
 # What is foretold.
 WORDS = {
@@ -34,10 +36,10 @@ def headlines(signature: dict, scene) -> dict[str, float]:
 
 
 def of_scene(trial: Trial, options) -> pd.DataFrame:
-    """A row per law: scene, law, bias with its range, and the deviations from the grains, each
-    relative: of the run-out to the final length, of height and centre of mass to the grains' own;
-    then the errors of compare/study/distance.py and how many times cheaper than the grains it is.
-    NaN of a law whose run fails.
+    """A row per law: scene, law, bias with its range, whether the grains roll on their base, and
+    the deviations from the grains, each relative: of the run-out to the final length, of height and
+    centre of mass to the grains' own; then the errors of compare/study/distance.py and how many
+    times cheaper than the grains it is. NaN of a law whose run fails.
     """
     scene = trial.scene
     softness = scene["dem.young_modulus"] or scene["grains.young_modulus"]
@@ -50,13 +52,14 @@ def of_scene(trial: Trial, options) -> pd.DataFrame:
     grains = reference.of_runs(trial.files, scene)
     told = [headlines(member, scene) for member in grains["members"]]
     mean = {name: float(np.mean([one[name] for one in told])) for name in HEADLINES}
+    rolling = grains_roll(open_run(trial.files[0]))
     dear = float(np.mean([cost(member) for member in grains["members"]]))
     table = judged.overall(trial).set_index("law")
     rows = []
     for law, point in zip(trial.laws, found):
         line = table.loc[law.label]
         row = {"scene": scene.path.parent.name, "law": law.label, "bias": line["bias of μ_D"]}
-        row |= {"from": line["from"], "to": line["to"]}
+        row |= {"from": line["from"], "to": line["to"], "rolls": rolling}
         if point["status"] == "ok":
             own = headlines(point, scene)
             for name in HEADLINES:
@@ -86,13 +89,14 @@ class Line:
 
 
 def regression(table: pd.DataFrame) -> pd.DataFrame:
-    """A row per headline: the line through all, the share of the variance it explains, and root
+    """Of the scenes in which both sides stand on the same floor, a row per headline: the line
+    through all, the share of the variance it explains, and root
     mean squares of what is left: of all; of each scene foretold by the others; and of the same by
     the mean of the others, which knows no bias (the control). NaN for those with one scene.
     """
     rows = []
     for name in HEADLINES:
-        known = table[np.isfinite(table[name])]
+        known = table[np.isfinite(table[name]) & ~table["rolls"].astype(bool)]
         bias, deviation = known["bias"].to_numpy(), known[name].to_numpy()
         line = Line.through(bias, deviation)
         left = deviation - line.at(bias)

@@ -244,6 +244,7 @@ def test_a_bias_foretells_what_it_made():
     random = np.random.default_rng(3)
     bias_of = random.uniform(-0.2, 0.2, 150)
     table = pd.DataFrame({"scene": np.repeat(["a", "b", "c"], 50), "law": "x", "bias": bias_of})
+    table["rolls"] = False
     for name in outcome.HEADLINES:
         table[name] = 0.02 - 0.8 * bias_of
     told = outcome.regression(table).set_index("headline")
@@ -255,5 +256,8 @@ def test_a_bias_foretells_what_it_made():
         table[name] = random.permutation(table[name])
     shuffled = outcome.regression(table)
     assert (shuffled["foretold"] > 0.95 * shuffled["by the mean"]).all()
+    # a scene on another floor is left out
+    table.loc[table["scene"] == "c", "rolls"] = True
+    assert outcome.regression(table)["runs"].unique() == [100]
     alone = outcome.regression(table[table["scene"] == "a"])
     assert alone["foretold"].isna().all()

@@ -14,7 +14,8 @@ MARKERS = "osD^vP*X"
 SENTENCES = [
     "Each mark is a law with one set of constants in one scene: its overall bias of μ_D in the "
     "grains' flow, no collapse computed, and what its collapse is off by. The line is the "
-    "regression over all of them.",
+    "regression over all whose grains do not roll on a smooth base: hollow marks are of the "
+    "others, where continuum and grains do not stand on the same floor.",
 ]
 
 
@@ -36,6 +37,7 @@ def draw(table: pd.DataFrame, path: Path) -> tuple[str, list[str], str]:
                     MARKERS[scenes.index(row["scene"]) % len(MARKERS)],
                     color=colormaps["tab20"](laws.index(row["law"]) % 20),
                     ms=5.5,
+                    mfc="none" if row["rolls"] else None,
                     gid=gid,
                 )
             span = np.array([table["bias"].min(), table["bias"].max()])

@@ -1,9 +1,16 @@
 """A smooth base on which the grains roll."""
 
 from compare.mapping.contacts import base_friction
+from compare.mapping.runs import Run
 from compare.verdict.findings import Finding, Severity, check
 
 SHARE = 0.8
+
+
+def grains_roll(run: Run) -> bool:
+    """Whether grains roll on the smooth base of their case, where the continuum can only slide."""
+    walls = run.case["walls"]
+    return walls["base"] == "coulomb" and base_friction(run) < SHARE * walls["base_friction"]
 
 
 @check(order=88)
@@ -13,10 +20,8 @@ def base_rolls(c, metrics):
     stand on the same floor.
     """
     run = c.dem[0]
-    if run.case["walls.base"] != "coulomb":
-        return
-    given, found = run.case["walls.base_friction"], base_friction(run)
-    if found < SHARE * given:
+    if grains_roll(run):
+        given, found = run.case["walls.base_friction"], base_friction(run)
         yield Finding(
             Severity.CAUTION,
             f"The base exerts a friction of {found:.2f} on grains that move along it, not the "
