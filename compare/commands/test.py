@@ -47,14 +47,15 @@ def is_law(word: str) -> bool:
 def tests_of(law: str) -> dict[str, str]:
     """The test programs that a law decides, each with its filter for GoogleTest.
 
-    Of a file named after the law, and of one that names it before its first test, every test; else
-    the tests that name it and the instances that have it as their parameter.
+    Of a file named after the law, and of one that names it before its first test, every test; else,
+    and of the battery, which runs over all laws, the tests that name it and the instances that have
+    it as their parameter.
     """
     found = {}
     for file in sorted(CPP.glob("*_test.cpp")):
         head, *blocks = re.split(r"^(?=TEST|INSTANTIATE_)", file.read_text(), flags=re.MULTILINE)
         named = re.compile(rf"\b{law}\b")
-        if file.stem == f"{law}_test" or named.search(head):
+        if file.stem == f"{law}_test" or (file.stem != BATTERY and named.search(head)):
             found[file.stem] = "*"
             continue
         names = [
