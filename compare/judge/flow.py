@@ -124,17 +124,18 @@ def cells(run: Run) -> Cells:
 def of_frame(run: Run, frame: int, width: float) -> dict[str, np.ndarray]:
     """What Cells hold of a frame's cells that are known and see no air; `width` in cells."""
     field, case = run.fields, run.case
-    get = lambda name: field[name][frame]  # noqa: E731
+
+    def get(name: str) -> np.ndarray:
+        return field[name][frame]
+
     solid = get("solid_fraction")
-    D = get("strain_rate")
-    D = D - np.trace(D, axis1=-2, axis2=-1)[..., None, None] / 3.0 * np.eye(3)
     pressure, rate = get("pressure"), get("shear_rate")
     # s : D = sigma : D - p tr D
     power = get("stress_power") - pressure * np.trace(get("strain_rate"), axis1=-2, axis2=-1)
     least = (
         LEAST_PRESSURE
         * bulk_solid_fraction(run)
-        * run.case["grains.density"]
+        * case["grains.density"]
         * case["geometry.gravity"]
         * run.diameter
     )

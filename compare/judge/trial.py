@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from cases.case import Case
@@ -170,9 +169,3 @@ def controls(trial: Trial) -> list[Control]:
             f"{COAXIAL:.2f}",
         ),
     ]
-
-
-def spread_of(trial: Trial) -> float:
-    """Half the widest range of the bias of mu_D over packings and widths."""
-    table = overall(trial)
-    return float(np.max(0.5 * (table["to"] - table["from"])))
