@@ -17,6 +17,18 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {line} (see --help)\n")
 
 
+def add_overrides(parser: argparse.ArgumentParser):
+    """--set KEY=VALUE of a case, any number of times: a list, `overrides`."""
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        dest="overrides",
+        help="overrides a key of the case; may be repeated",
+    )
+
+
 def whole(low: int, high: int) -> Callable[[str], int]:
     """The type of an option that takes a whole number from `low` to `high`."""
 

@@ -34,14 +34,7 @@ def arguments(parser):
         metavar="DIR",
         help="folder of the results (collapse/ beside the mpm.h5; of a case, runs/collapse/<case>)",
     )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        dest="overrides",
-        help="overrides a key of the case; may be repeated",
-    )
+    command_line.add_overrides(parser)
     parser.add_argument(
         "--threads", type=command_line.threads, default=1, help="of the continuum (%(default)s)"
     )

@@ -30,14 +30,7 @@ def arguments(parser):
         metavar="CASE",
         help="case file, folder that holds case.toml, or name (%(default)s)",
     )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        dest="overrides",
-        help="overrides a key of the case; may be repeated",
-    )
+    command_line.add_overrides(parser)
     parser.add_argument(
         "--scatter",
         type=command_line.whole(0, 10_000),

@@ -43,14 +43,7 @@ def arguments(parser):
         default="grains",
         help="whose flow: the grains', or what a run of the continuum visits (%(default)s)",
     )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        dest="overrides",
-        help="overrides a key of the case; may be repeated",
-    )
+    command_line.add_overrides(parser)
     parser.add_argument(
         "--seeds",
         type=command_line.several,

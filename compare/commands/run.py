@@ -44,14 +44,7 @@ def arguments(parser):
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="folder of the results (runs/<case>)"
     )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        dest="overrides",
-        help="overrides a key of the case; may be repeated",
-    )
+    command_line.add_overrides(parser)
     parser.add_argument(
         "--seed",
         type=command_line.seed,

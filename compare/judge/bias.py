@@ -56,7 +56,7 @@ def figure(quantity: str, cells: Cells, answer: dict[str, np.ndarray]) -> Figure
         return Figure(*[float("nan")] * 3)
     if quantity in ("friction", "coaxiality", "stress_ratio"):
         # Power for power: a weight with the grains' friction in it would cancel it.
-        base = (cells.pressure * cells.shear_rate * cells.weight)[known]
+        base = cells.unit_work[known]
         if quantity == "coaxiality":
             base = base * cells.stress_ratio[known]
         a, b = (float((base * one).sum() / base.sum()) for one in (grains, law))

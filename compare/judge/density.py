@@ -23,23 +23,24 @@ def rows(answers: Answers, runs: list[list[Cells]]) -> tuple[list[dict], list[st
     if not answers.dilates:
         return [], []
     found, refused = [], {}
-    for place in bias.places(runs[0][0]):
+    all_cells = [cells for packing in runs for cells in packing]
+    split = [bias.places(cells) for cells in all_cells]
+    told = [at_void_ratio(answers, cells) for cells in all_cells]
+    for place in split[0]:
         ratios, slopes, means, shares = [], [], [], []
-        for packing in runs:
-            for cells in packing:
-                one = cells.where(bias.places(cells)[place])
-                work = one.work
-                if not work.sum() > 0.0:
-                    continue
-                pressure, slope = at_void_ratio(answers, one)
-                known = np.isfinite(pressure)
-                if known.any() and work[known].sum() > 0.0:
-                    log = np.log(pressure[known] / one.pressure[known])
-                    ratios.append(float(np.exp((work[known] * log).sum() / work[known].sum())))
-                steep = np.isfinite(slope)
-                slopes.append(float((work * abs(slope))[steep].sum() / work[steep].sum()))
-                means.append(float((work * one.void_ratio).sum() / work.sum()))
-                shares.append(float(work.sum() / cells.work[cells.flowing].sum()))
+        for cells, places, (pressure, slope) in zip(all_cells, split, told):
+            here = places[place]
+            work = np.where(here, cells.work, 0.0)
+            if not work.sum() > 0.0:
+                continue
+            known = here & np.isfinite(pressure)
+            if work[known].sum() > 0.0:
+                log = np.log(pressure[known] / cells.pressure[known])
+                ratios.append(float(np.exp((work[known] * log).sum() / work[known].sum())))
+            steep = here & np.isfinite(slope)
+            slopes.append(float((work * abs(slope))[steep].sum() / work[steep].sum()))
+            means.append(float((work * cells.void_ratio).sum() / work.sum()))
+            shares.append(float(work.sum() / cells.work[cells.flowing].sum()))
         if not means or not ratios:
             continue
         factor = float(np.exp(min(0.5 * np.ptp(means) * np.nanmean(slopes), 99.0)))
@@ -79,7 +80,9 @@ def at_void_ratio(answers: Answers, cells: Cells) -> tuple[np.ndarray, np.ndarra
     at = logs(cells, answers.diameter, False)
     columns = np.stack(
         [
-            answers.steady.at(np.column_stack([np.full(len(cells), node), at[:, 1]]))["void_ratio"]
+            answers.steady.at(
+                np.column_stack([np.full(len(cells), node), at[:, 1]]), ("void_ratio",)
+            )["void_ratio"]
             for node in nodes
         ],
         axis=1,

@@ -63,9 +63,14 @@ class Cells:
         return 1.0 / self.solid_fraction - 1.0
 
     @property
+    def unit_work(self) -> np.ndarray:
+        """p gdot V dt, the work of a friction of one [J]."""
+        return self.pressure * self.shear_rate * self.weight
+
+    @property
     def work(self) -> np.ndarray:
         """Of the deviatoric stress [J]; negative where the flow works on the stress."""
-        return self.friction * self.pressure * self.shear_rate * self.weight
+        return self.friction * self.unit_work
 
     @property
     def flowing(self) -> np.ndarray:
@@ -74,7 +79,7 @@ class Cells:
     def coaxiality(self) -> float:
         """cos(s, D) of what flows, weighted by |s| gdot."""
         one = self.where(self.flowing)
-        most = (one.stress_ratio * one.pressure * one.shear_rate * one.weight).sum()
+        most = (one.stress_ratio * one.unit_work).sum()
         return float(one.work.sum() / most) if most > 0.0 else float("nan")
 
 

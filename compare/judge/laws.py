@@ -8,6 +8,7 @@ of p [Pa], gdot [1/s] and T/(gdot d)^2.
 import os
 import tempfile
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -122,10 +123,11 @@ class Lattice:
                 whole[self.used] = np.log(values) if name in SPANNING else values
                 self.answers[name] = whole
 
-    def at(self, logs: np.ndarray) -> dict[str, np.ndarray]:
+    def at(self, logs: np.ndarray, names: Iterable[str] = ()) -> dict[str, np.ndarray]:
+        """Those of the answers, or all, between the nodes."""
         found = {
-            name: RegularGridInterpolator(self.axes, values)(logs)
-            for name, values in self.answers.items()
+            name: RegularGridInterpolator(self.axes, self.answers[name])(logs)
+            for name in names or self.answers
         }
         return {name: np.exp(one) if name in SPANNING else one for name, one in found.items()}
 
@@ -196,16 +198,18 @@ class Answers:
         lattice.keep(steady_shear(self.scene, self.candidate.constants, conditions))
         return lattice
 
-    def to(self, cells: Cells, held: bool = False) -> dict[str, np.ndarray]:
-        """ANSWERS at the cells' (p, gdot), or at their (p, gdot, T); NaN where there is none."""
+    def to(
+        self, cells: Cells, held: bool = False, names: Iterable[str] = ANSWERS
+    ) -> dict[str, np.ndarray]:
+        """Answers at the cells' (p, gdot), or at their (p, gdot, T); NaN where there is none."""
         if not held:
-            return self.steady.at(logs(cells, self.diameter, False))
+            return self.steady.at(logs(cells, self.diameter, False), names)
         warm = cells.temperature > 0.0
-        answers = {name: np.full(len(cells), np.nan) for name in ANSWERS}
+        answers = {name: np.full(len(cells), np.nan) for name in names}
         if self.held is not None and warm.any():
-            found = self.held.at(logs(cells.where(warm), self.diameter, True))
-            for name in ANSWERS:
-                answers[name][warm] = found[name]
+            found = self.held.at(logs(cells.where(warm), self.diameter, True), names)
+            for name, values in found.items():
+                answers[name][warm] = values
         return answers
 
 

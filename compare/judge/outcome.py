@@ -17,7 +17,7 @@ from compare.study import reference, sweep
 from compare.study.distance import cost, errors
 from compare.study.recipe import Recipe
 from compare.study.signature import expand
-from compare.verdict.findings.base_rolls import grains_roll
+from compare.verdict.findings.base_rolls import rolling
 
 # What is foretold.
 WORDS = {
@@ -52,14 +52,14 @@ def of_scene(trial: Trial, options) -> pd.DataFrame:
     grains = reference.of_runs(trial.files, scene)
     told = [headlines(member, scene) for member in grains["members"]]
     mean = {name: float(np.mean([one[name] for one in told])) for name in HEADLINES}
-    rolling = grains_roll(open_run(trial.files[0]))
+    rolls = rolling(open_run(trial.files[0])) is not None
     dear = float(np.mean([cost(member) for member in grains["members"]]))
     table = judged.overall(trial).set_index("law")
     rows = []
     for law, point in zip(trial.laws, found):
         line = table.loc[law.label]
         row = {"scene": scene.path.parent.name, "law": law.label, "bias": line["bias of μ_D"]}
-        row |= {"from": line["from"], "to": line["to"], "rolls": rolling}
+        row |= {"from": line["from"], "to": line["to"], "rolls": rolls}
         if point["status"] == "ok":
             own = headlines(point, scene)
             for name in HEADLINES:
@@ -90,9 +90,9 @@ class Line:
 
 def regression(table: pd.DataFrame) -> pd.DataFrame:
     """Of the scenes in which both sides stand on the same floor, a row per headline: the line
-    through all, the share of the variance it explains, and root
-    mean squares of what is left: of all; of each scene foretold by the others; and of the same by
-    the mean of the others, which knows no bias (the control). NaN for those with one scene.
+    through all, the share of the variance it explains, and root mean squares of what is left: of
+    all; of each scene foretold by the others; and of the same by the mean of the others, which
+    knows no bias (the control). NaN for those with one scene.
     """
     rows = []
     for name in HEADLINES:

@@ -1,6 +1,6 @@
 """Dissipation in place and time, for either engine on the same coarse partition.
 
-What the contacts of a grain, or the plastic flow and the collisions of a material point, dissipate
+What the contacts of a grain, or a material point in all its accounts, dissipates
 between two frames is booked at the point's place halfway between them, evenly over the time from
 one to the other. It is summed over cells of a fifth of the column's length, height and time scale.
 

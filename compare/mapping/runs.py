@@ -24,8 +24,10 @@ POINT_STATE = (
     "deviatoric_strain",
     "plastic_dissipation",
     "regime_4_dissipation",
+    "contact_dissipation",
 )
-DISSIPATION = {"plastic_dissipation", "regime_4_dissipation"}  # of material points [J/kg]
+# of material points [J/kg]
+DISSIPATION = {name for name in POINT_STATE if name.endswith("_dissipation")}
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Cloud:
     [m3].
 
     `state` is what points know themselves, each (N,): "dissipated" [J] since the release, by the
-    contacts of a grain or by plastic flow and collisions of a material point; and of material
+    contacts of a grain or in all accounts of a material point; and of material
     points records of POINT_STATE by name, "pressure" [Pa], a third of the trace of the stress, and
     "stress" [Pa], its Frobenius norm. A point keeps its row.
     """

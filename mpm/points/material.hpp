@@ -37,7 +37,7 @@ using Deformation = DeformationOf<double>;
 /// Energies per unit mass of solid [J/kg]: stored and fluctuation are held in the new state,
 /// plastic, regime_4 and contact (by enduring contacts of grains that flow) were dissipated
 /// during the update. sigma_bar : D dt (1+e)/rho_s = d(stored + fluctuation) + plastic +
-/// collisional + contact, where sigma_bar is the mean stress `work_stress` the law reports.
+/// regime_4 + contact, where sigma_bar is the mean stress `work_stress` the law reports.
 template <class Real>
 struct EnergiesOf {
   Real stored = 0.0, plastic = 0.0;

@@ -14,8 +14,8 @@ namespace grainpair {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr int steps = 50;            // of a unit of strain, over which answers are averaged
-constexpr int least = 2, most = 60;  // units of strain
+constexpr int steps = 50;  // of a unit of strain, over which answers are averaged
+constexpr int most = 60;   // units of strain
 // A step after which everything is as before it, but the rates are told: of a unit of strain.
 constexpr double probe = 1e-8;
 
@@ -87,8 +87,7 @@ class Sheared {
       bool all = true;
       for (std::size_t i = 0; i < n_; ++i) {
         if (!searches[i].found())
-          searches[i].take(rates_[i],
-                           trace(batch_.sigma[i]) / (3.0 * conditions_[i].pressure) - 1.0);
+          searches[i].take(rates_[i], pressure(i) / conditions_[i].pressure - 1.0);
         all = all && searches[i].found();
       }
       if (all) break;
@@ -98,7 +97,7 @@ class Sheared {
   }
 
   double shear_stress(std::size_t i) const {
-    return batch_.sigma[i].dot(sheared(i, 1.0)) / conditions_[i].shear_rate;
+    return batch_.sigma[i].dot(sheared(i)) / conditions_[i].shear_rate;
   }
   double deviatoric_stress(std::size_t i) const {
     return deviator(SymTensor(batch_.sigma[i])).norm() / std::numbers::sqrt2;
@@ -116,9 +115,9 @@ class Sheared {
  private:
   static bool imposed(const Condition& c) { return !std::isnan(c.granular_temperature); }
 
-  SymTensor sheared(std::size_t i, double share) const {
+  SymTensor sheared(std::size_t i) const {
     SymTensor D = SymTensor::Zero();
-    D[3] = share * conditions_[i].shear_rate / std::numbers::sqrt2;
+    D[3] = conditions_[i].shear_rate / std::numbers::sqrt2;
     return D;
   }
 
@@ -141,7 +140,7 @@ class Sheared {
   void go(double strain, const std::vector<double>& before) {
     for (std::size_t i = 0; i < n_; ++i) {
       const double rate = conditions_[i].shear_rate, dt = strain / rate;
-      const SymTensor D = sheared(i, 1.0) + rates_[i] / 3.0 * identity();
+      const SymTensor D = sheared(i) + rates_[i] / 3.0 * identity();
       next_[i] = (1.0 + before[i]) * std::exp(-rates_[i] * dt) - 1.0;
       batch_.steps.set(i, Deformation{D, Vec3(0.0, 0.0, 0.5 * rate), dt, before[i], next_[i]});
     }

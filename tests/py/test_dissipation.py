@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from cases.case import load
-from cases.programs import ROOT
+from cases.programs import ROOT, call, program
 from compare.mapping import dissipation
 from compare.mapping.reductions import example_run
+from compare.mapping.runs import open_run
 from compare.metrics import all_metrics
 from compare.study import distance, reference, signature
 from compare.study.signature import packed, unpacked
@@ -150,3 +151,20 @@ def test_an_ensembles_members_are_apart_by_less_than_a_law_may_be():
     near, far = (distance.errors(signed(*s), middle, scene) for s in ((0, 0, 0), (0, 0, 0.5)))
     assert near["dissipation"] < 0.02 and far["dissipation"] == pytest.approx(0.5, abs=0.02)
     assert far["combined"] == pytest.approx(0.25, abs=0.01)  # the other three are of the same run
+
+
+def test_points_tell_all_accounts_of_a_law(tmp_path):
+    """Of a law with enduring contacts too: the points' sum is the ledger's, to the single precision
+    in which frames keep them, and is not without the account of the contacts.
+    """
+    path = tmp_path / "mpm.h5"
+    words = ["material.law=contact_share", "material.card=contact_mu05", "mpm.cell_size=0.002"]
+    sets = [word for one in (*words, "time.maximum=1.2") for word in ("--set", one)]
+    done = call([program("mpm_run"), ROOT / "cases" / "column_ci", *sets, "-o", path, "--quiet"])
+    assert done.returncode == 0, done.stderr
+    run = open_run(path)
+    cloud = run.clouds[-1]
+    kinds = ("plastic", "regime_4", "contact")
+    accounts = {kind: run.energy[f"dissipated_{kind}"][-1] for kind in kinds}
+    assert cloud.state["dissipated"].sum() == pytest.approx(sum(accounts.values()), rel=1e-5)
+    assert accounts["contact"] > 0.01 * sum(accounts.values())

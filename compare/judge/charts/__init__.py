@@ -46,11 +46,6 @@ def binned(cells: Cells, values: np.ndarray, weight: np.ndarray) -> np.ndarray:
         return np.where(enough, summed(weight * values) / summed(weight), np.nan)
 
 
-def power(cells: Cells) -> np.ndarray:
-    """p gdot V dt: what a mean of friction is weighted by."""
-    return cells.pressure * cells.shear_rate * cells.weight
-
-
 def middle(edges: np.ndarray = EDGES) -> np.ndarray:
     return np.sqrt(edges[1:] * edges[:-1])
 
@@ -75,7 +70,7 @@ def curve(ax, curves: list[np.ndarray], style: dict):
 
 
 def answered(answers: Answers, cells: Cells, name: str, held: bool = False) -> np.ndarray:
-    return answers.to(cells, held)[name]
+    return answers.to(cells, held, (name,))[name]
 
 
 def over_inertial_number(ax, label: str):

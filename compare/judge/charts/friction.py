@@ -5,7 +5,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from compare.judge.charts import NAME, answered, band, binned, curve, each, over_inertial_number
-from compare.judge.charts import power, styles
+from compare.judge.charts import styles
 from compare.judge.trial import Trial
 from compare.study.charts import STUDY_STYLE, save
 
@@ -22,9 +22,9 @@ def draw(trial: Trial, path: Path) -> tuple[str, list[str], str]:
     with plt.rc_context(STUDY_STYLE):
         figure, ax = plt.subplots(figsize=(9.0, 5.4), layout="constrained")
         cells = each(trial)
-        band(ax, [binned(one, one.friction, power(one)) for one in cells], NAME[trial.engine])
+        band(ax, [binned(one, one.friction, one.unit_work) for one in cells], NAME[trial.engine])
         for law in trial.laws:
-            answers = [binned(one, answered(law, one, "friction"), power(one)) for one in cells]
+            answers = [binned(one, answered(law, one, "friction"), one.unit_work) for one in cells]
             curve(ax, answers, look[law.label])
         over_inertial_number(ax, "μ_D")
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=7.5)

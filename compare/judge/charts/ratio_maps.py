@@ -39,7 +39,7 @@ def draw(trial: Trial, path: Path) -> tuple[str, list[str], str]:
         for law, line in zip(trial.laws, axes):
             answer = answered(law, cells, "friction")
             for t, ax in zip(shown, line):
-                x, y, ratio = ratios(trial, cells, answer, t)
+                x, y, ratio = ratios(cells, answer, t)
                 mesh = ax.pcolormesh(
                     x / length,
                     y / length,
@@ -63,7 +63,7 @@ def draw(trial: Trial, path: Path) -> tuple[str, list[str], str]:
         return "Where and when", WORDS, save(figure, path, {})
 
 
-def ratios(trial: Trial, cells, answer, t):
+def ratios(cells, answer, t):
     """x, y (edges) [m], the ratio of works (ny, nx) at t [sqrt(H/g)]; NaN where nothing flows."""
     now = (cells.tau == t) & (cells.zone > 0) & np.isfinite(answer)
     one = cells.where(now)

@@ -7,10 +7,15 @@ from compare.verdict.findings import Finding, Severity, check
 SHARE = 0.8
 
 
-def grains_roll(run: Run) -> bool:
-    """Whether grains roll on the smooth base of their case, where the continuum can only slide."""
+def rolling(run: Run) -> float | None:
+    """The friction that grains feel which roll on the smooth base of their case, where the
+    continuum can only slide; None where they do not.
+    """
     walls = run.case["walls"]
-    return walls["base"] == "coulomb" and base_friction(run) < SHARE * walls["base_friction"]
+    if walls["base"] != "coulomb":
+        return None
+    found = base_friction(run)
+    return found if found < SHARE * walls["base_friction"] else None
 
 
 @check(order=88)
@@ -19,9 +24,8 @@ def base_rolls(c, metrics):
     share of the case's: grains may roll where the continuum can only slide, and then the two do not
     stand on the same floor.
     """
-    run = c.dem[0]
-    if grains_roll(run):
-        given, found = run.case["walls.base_friction"], base_friction(run)
+    given, found = c.dem[0].case["walls.base_friction"], rolling(c.dem[0])
+    if found is not None:
         yield Finding(
             Severity.CAUTION,
             f"The base exerts a friction of {found:.2f} on grains that move along it, not the "
