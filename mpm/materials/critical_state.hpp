@@ -55,10 +55,9 @@ class CriticalState {
   template <class Real>
   Real void_ratio(const Real& p) const {
     const Real x = p / scale_;
-    return 1.0 / (nu_c_ + (form_ == Form::linear ? x
-                           : form_ == Form::square_root
-                               ? sqrt(x)
-                               : each_lane([](double y) { return std::cbrt(y * y); }, x))) -
+    return 1.0 / (nu_c_ + (form_ == Form::linear        ? x
+                           : form_ == Form::square_root ? sqrt(x)
+                                                        : cube_root(x * x))) -
            1.0;
   }
 

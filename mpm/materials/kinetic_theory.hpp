@@ -156,43 +156,25 @@ class KineticTheory {
   /// times 1/Y:
   ///     (3/2 kap + dt Q) s^3 + (3/2 /G - dt P trD) s^2
   ///       - (3/2 kap T_old + dt (H gdot^2 + B trD^2)) s - 3/2 T_old/G = 0 .
-  /// The signs (+, any, -, -) leave exactly one positive root, for any step; the step's energies
-  /// balance.
+  /// The step's energies balance.
   template <class Real>
   Real advance(const Coefficients<Real>& c, const Real& s_old, const Real& shear_rate2,
                const Real& trD, const Real& dt) const {
-    const Real t_old = s_old * s_old;
-    if (parameters.explicit_temperature) {
-      // T + dt 2/3 Y ((H gdot^2 + B trD^2) s + P T trD - Q s^3), forward: NaN where the step
-      // overshoots zero
-      const Real heating = (c.H * shear_rate2 + c.B * trD * trD) * s_old + c.P * t_old * trD;
-      return sqrt(t_old + dt / 1.5 * softened(c, s_old) * (heating - c.Q * t_old * s_old));
-    }
-    const Real c3 = 1.5 * kap + dt * c.Q, c2 = 1.5 * c.inverse_g - dt * c.P * trD;
-    const Real c1 = -(1.5 * kap * t_old + dt * (c.H * shear_rate2 + c.B * trD * trD));
-    const Real c0 = -1.5 * c.inverse_g * t_old;
-    const auto at_rest = c1 == 0.0 && c0 == 0.0;  // and cold
-    // The cubic is convex to the right of its positive root, so Newton from there descends to it.
-    // From the old value too, where the cubic rises and curves upwards: its first step goes past
-    // the root.
-    const auto descends =
-        3.0 * c3 * s_old + c2 > 0.0 && (3.0 * c3 * s_old + 2.0 * c2) * s_old + 2.0 * c1 > 0.0;
-    Real s = s_old;
-    if (!all(descends)) {
-      const Real cube_root = each_lane([](double x) { return std::cbrt(x); }, -3.0 * c0 / c3);
-      const Real bound =
-          larger(larger(3.0 * larger(-c2, Real(0.0)) / c3, sqrt(-3.0 * c1 / c3)), cube_root);
-      s = select(descends, s_old, bound);
-    }
-    Mask<Real> pending = !at_rest;
-    for (int i = 0; i < 100 && any(pending); ++i) {
-      const Real change =
-          (((c3 * s + c2) * s + c1) * s + c0) / ((3.0 * c3 * s + 2.0 * c2) * s + c1);
-      s = select(pending, s - change, s);
-      pending =
-          pending && abs(change) > 1e-9 * s;  // quadratic convergence: what is left is below 1e-16
-    }
-    return select(at_rest, Real(0.0), s);
+    const Real t_old = s_old * s_old, viscous = c.H * shear_rate2 + c.B * trD * trD;
+    if (parameters.explicit_temperature)
+      return forward(c, s_old, dt * viscous * s_old * softened(c, s_old), trD, dt);
+    return ended(c, s_old, trD, dt, -(1.5 * kap * t_old + dt * viscous),
+                 -1.5 * c.inverse_g * t_old);
+  }
+
+  /// The same where the viscous stress has heated by `heat` [J/kg]:
+  ///     (3/2 kap + dt Q) s^3 + (3/2 /G - dt P trD) s^2 - (kap s + 1/G)(3/2 T_old + heat) = 0 .
+  template <class Real>
+  Real heated(const Coefficients<Real>& c, const Real& s_old, const Real& heat, const Real& trD,
+              const Real& dt) const {
+    if (parameters.explicit_temperature) return forward(c, s_old, heat, trD, dt);
+    const Real held = 1.5 * s_old * s_old + heat;
+    return ended(c, s_old, trD, dt, -kap * held, -c.inverse_g * held);
   }
 
   /// Below this solid fraction a point is empty space: no collisional stress [-].
@@ -206,6 +188,44 @@ class KineticTheory {
   double kap;  // [s/m]
 
  private:
+  /// Forward Euler: NaN where the step overshoots zero.
+  template <class Real>
+  Real forward(const Coefficients<Real>& c, const Real& s, const Real& heat, const Real& trD,
+               const Real& dt) const {
+    const Real t = s * s, collisions = softened(c, s) * t * (c.P * trD - c.Q * s);
+    return sqrt(t + (heat + dt * collisions) / 1.5);
+  }
+
+  /// The positive root of (3/2 kap + dt Q) s^3 + (3/2 /G - dt P trD) s^2 + c1 s + c0. The signs
+  /// (+, any, -, -) leave exactly one, for any step.
+  template <class Real>
+  Real ended(const Coefficients<Real>& c, const Real& s_old, const Real& trD, const Real& dt,
+             const Real& c1, const Real& c0) const {
+    const Real c3 = 1.5 * kap + dt * c.Q, c2 = 1.5 * c.inverse_g - dt * c.P * trD;
+    const auto at_rest = c1 == 0.0 && c0 == 0.0;  // and cold
+    // The cubic is convex to the right of its positive root, so Newton from there descends to it.
+    // From the old value too, where the cubic rises and curves upwards: its first step goes past
+    // the root.
+    const auto descends =
+        3.0 * c3 * s_old + c2 > 0.0 && (3.0 * c3 * s_old + 2.0 * c2) * s_old + 2.0 * c1 > 0.0;
+    Real s = s_old;
+    if (!all(descends)) {
+      const Real cold = cube_root(-3.0 * c0 / c3);
+      const Real bound =
+          larger(larger(3.0 * larger(-c2, Real(0.0)) / c3, sqrt(-3.0 * c1 / c3)), cold);
+      s = select(descends, s_old, bound);
+    }
+    Mask<Real> pending = !at_rest;
+    for (int i = 0; i < 100 && any(pending); ++i) {
+      const Real change =
+          (((c3 * s + c2) * s + c1) * s + c0) / ((3.0 * c3 * s + 2.0 * c2) * s + c1);
+      s = select(pending, s - change, s);
+      pending =
+          pending && abs(change) > 1e-9 * s;  // quadratic convergence: what is left is below 1e-16
+    }
+    return select(at_rest, Real(0.0), s);
+  }
+
   static constexpr double longest = 30.0;  // of the softened correlation length, in d
 
   static Correlation correlation(const std::string& word) {
@@ -227,13 +247,13 @@ class KineticTheory {
       constexpr double cap = 10.0;
       // length <= cap wherever d gdot/4 <= cap G^(-1/3) s
       const Real pull = 0.25 * parameters.diameter * shear_rate;
-      const Real room = s * each_lane([](double x) { return std::cbrt(x); }, inverse);
+      const Real room = s * cube_root(inverse);
       length = select(shear_rate > 0.0, select(pull < cap * room, pull / room, Real(cap)), length);
     } else if (parameters.correlation == Correlation::softened) {
       // 1/Y_L is zero in a dense gas at rest; the cap holds long before 1e-9
       const Real inverse_y = larger(inverse + hardness_ * s, Real(1e-9));
       const Real cubed = 1.0 / (parameters.correlation_onset * inverse_y);
-      length = each_lane([](double x) { return std::cbrt(x); }, cubed);
+      length = cube_root(cubed);
       return clamped(length, Real(1.0), Real(longest));
     }
     return 1.0 + parameters.correlation_factor * (larger(length, Real(1.0)) - 1.0);

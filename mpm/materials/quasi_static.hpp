@@ -85,18 +85,19 @@ class QuasiStatic {
 
     Tensor<Real> strain = trial;
     Real regime = select(flows, Real(visco_plastic), Real(visco_elastic));
-    auto now = elasticity.evaluate(strain);
     if (any(flows)) {
-      // with the dilatancy of the state, up to the critical-state locus
       const Tensor<Real> dev = deviator(trial);
-      const Real p = trace(before.stress) / 3.0 * volume.cauchy(e_old);
+      // with the dilatancy of the state, up to the critical-state locus
       const auto off_locus = flows && old.regime != critical && old.regime != collisional;
-      const auto back = cone.along_flow(elasticity, dev, a, locus.flow_ratio(e, p), off_locus);
-      strain = select(flows, joined(back), strain);
-      now = elasticity.evaluate(strain);
-      const Real p_new = trace(now.stress) / 3.0 * volume.cauchy(e);
-      const auto crossed = (p - locus.pressure(e_old)) * (p_new - locus.pressure(e)) < 0.0;
-      const auto arrived = flows && !(off_locus && back.volumetric > 0.0 && !crossed);
+      auto arrived = flows;
+      if (any(off_locus)) {
+        const Real p = trace(before.stress) / 3.0 * volume.cauchy(e_old);
+        const auto back = cone.along_flow(elasticity, dev, a, locus.flow_ratio(e, p), off_locus);
+        strain = select(off_locus, joined(back), strain);
+        const Real p_new = trace(elasticity.stress(strain)) / 3.0 * volume.cauchy(e);
+        const auto crossed = (p - locus.pressure(e_old)) * (p_new - locus.pressure(e)) < 0.0;
+        arrived = flows && !(off_locus && back.volumetric > 0.0 && !crossed);
+      }
       stressless = stressless || (arrived && loose);
       // on the locus, or on the way to it
       const auto dense = arrived && !loose;
@@ -109,9 +110,9 @@ class QuasiStatic {
                             at);
         strain = select(dense, joined(at), strain);
         regime = select(dense, Real(critical), regime);
-        now = elasticity.evaluate(strain);
       }
     }
+    const auto now = elasticity.evaluate(strain);
     QuasiStaticResponse<Real> r{{strain, regime}, now.stress, now.energy};
     const Tensor<Real> plastic = trial - strain;
     r.dissipated = select(

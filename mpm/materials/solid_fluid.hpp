@@ -10,6 +10,7 @@
 #include "mpm/materials/dormand_prince.hpp"
 #include "mpm/materials/kinetic_theory.hpp"
 #include "mpm/materials/quasi_static.hpp"
+#include "mpm/materials/viscous_spring.hpp"
 
 namespace grainpair {
 
@@ -42,6 +43,7 @@ class SolidFluidWith : public Contacts {
   struct State {
     Tensor<Real> strain = Tensor<Real>::Zero();  // as of QuasiStaticState
     // tensors first: among scalars they would need padding, and states are arrays of numbers
+    Tensor<Real> viscous = Tensor<Real>::Zero();  // stress of the viscosity, per bulk density
     [[no_unique_address]] typename Contacts::template Memory<Real> memory{};
     Real regime = collisional;
     Real speed = 0.0;      // sqrt(T) [m/s]
@@ -49,7 +51,7 @@ class SolidFluidWith : public Contacts {
   };
 
   explicit SolidFluidWith(const Case& c)
-      : Contacts(c), model_(c), gas_(c), collisions_(c.flag("material.collisions")) {
+      : Contacts(c), model_(c), gas_(c), spring_(c), collisions_(c.flag("material.collisions")) {
     if (c.word("material.integrator") == "dormand_prince") rates_.emplace(model_);
   }
 
@@ -57,7 +59,8 @@ class SolidFluidWith : public Contacts {
     const Deformation still{SymTensor::Zero(), Vec3::Zero(), 0.0, start.void_ratio,
                             start.void_ratio};
     return in_parallel(model_.initial(start.sigma, start.void_ratio), still,
-                       collisions_ ? std::sqrt(start.granular_temperature) : 0.0, {});
+                       collisions_ ? std::sqrt(start.granular_temperature) : 0.0, SymTensor::Zero(),
+                       {});
   }
 
   template <class Real>
@@ -67,12 +70,15 @@ class SolidFluidWith : public Contacts {
     return in_parallel(
         rates_ ? (*rates_)(turned, increment, step.void_ratio_old, step.void_ratio)
                : model_.implicit(turned, increment, step.void_ratio_old, step.void_ratio),
-        step, old.speed, Contacts::followed(old.memory, step));
+        step, old.speed, corotated(old.viscous, step.spin, step.dt),
+        Contacts::followed(old.memory, step));
   }
 
   template <class Real>
   StabilityOf<Real> stability(const State<Real>& state, const Real& e) const {
-    return {model_.modulus(QuasiStaticState<Real>{state.strain, state.regime}, e), state.viscosity};
+    const Real modulus = model_.modulus(QuasiStaticState<Real>{state.strain, state.regime}, e);
+    if (spring_.rigid() || !collisions_) return {modulus, state.viscosity};
+    return {modulus + spring_.p_wave_modulus() * bulk_density(e), 0.0};
   }
 
   template <class Real>
@@ -96,57 +102,75 @@ class SolidFluidWith : public Contacts {
   }
 
  private:
+  template <class Real>
+  Real bulk_density(const Real& e) const {
+    return gas_.parameters.density * (1.0 / (1.0 + e));
+  }
+
   /// sigma = sigma_q + sigma_c [Ceccato2019, Eq. 6] and the energies per mass of both.
   template <class Real>
   Response<Real, State> in_parallel(const QuasiStaticResponse<Real>& q,
                                     const DeformationOf<Real>& step, const Real& old_speed,
+                                    const std::type_identity_t<Tensor<Real>>& old_viscous,
                                     const typename Contacts::template Memory<Real>& memory) const {
     const Real e = step.void_ratio;
     const double per_mass = model_.volume.per_mass;
     Response<Real, State> r;
     r.regime = q.state.regime;
     r.sigma = model_.volume.cauchy(e) * q.stress;
-    r.state = {q.state.strain, memory, q.state.regime, old_speed, 0.0};
+    r.state = {q.state.strain, old_viscous, memory, q.state.regime, old_speed, 0.0};
     r.energies.stored = per_mass * q.stored;
     r.energies.plastic = per_mass * q.dissipated;
     r.work = per_mass * q.work;
-    if (collisions_) {
-      // Voids evened out between points are no flow: collisions neither heat by it nor resist it.
-      const Real trD = trace(step.D) - step.mixing, dt = step.dt;
-      const Tensor<Real> dev = deviator(step.D);
-      const Real gdot2 = 2.0 * dev.squaredNorm();
-      const auto c =
-          gas_.coefficients(e, Contacts::inverse_g(gas_, e, memory), sqrt(gdot2), old_speed);
-      const Real s = gas_.advance(c, old_speed, gdot2, trD, dt);
-      const Real Y = gas_.softened(c, s), density = gas_.parameters.density * (1.0 / (1.0 + e));
-      const Real p_c = c.P * Y * s * s, eta = c.H * Y * s, lam = c.B * Y * s;  // per bulk density
-      const auto matter = (1.0 + e) * KineticTheory::void_fraction < 1.0;
-      const Real bulk = select(matter, density, Real(0.0));
-      const Real in_step = select(matter, dt, Real(0.0));
-      // sigma_c = p_c I + lam tr(D) I + 2 eta dev(D) [Ceccato2019, Eq. 12]
-      r.collisional_pressure = bulk * (p_c + lam * trD);
-      r.sigma = plus_isotropic(r.sigma + (2.0 * bulk * eta) * dev, r.collisional_pressure);
-      r.state.speed = select(matter, s, old_speed);
-      r.state.viscosity = bulk * (lam + 4.0 / 3.0 * eta);
-      r.work += in_step * (p_c * trD + lam * trD * trD + eta * gdot2);
-      r.energies.regime_4 = in_step * c.Q * Y * s * s * s;
-      if constexpr (std::is_base_of_v<WithContacts, Contacts>) {
-        const Real eta_k = Contacts::share(c, memory, dev) * eta;
-        r.sigma += (2.0 * bulk * eta_k) * dev;
-        r.state.viscosity += bulk * (4.0 / 3.0 * eta_k);
-        r.energies.contact = in_step * (eta_k * gdot2);
-        r.work += r.energies.contact;
-      }
-    }
+    if (collisions_) collide(step, r);
     r.energies.fluctuation =
         1.5 * r.state.speed *
         r.state.speed;  // E_c = 3/2 rho_s T/(1+e) per volume [Ceccato2019, Eq. 11]
     return r;
   }
 
+  /// Adds sigma_c = p_c I + lam tr(D) I + 2 eta dev(D) [Ceccato2019, Eq. 12], its viscous part by
+  /// way of the spring, and that of contacts, if any endure; and what they do to the energies.
+  template <class Real>
+  void collide(const DeformationOf<Real>& step, Response<Real, State>& r) const {
+    const auto old = r.state;
+    const Real e = step.void_ratio, dt = step.dt;
+    // Voids evened out between points are no flow: collisions neither heat by it nor resist it.
+    const Real trD = trace(step.D) - step.mixing;
+    const Tensor<Real> dev = deviator(step.D);
+    const Real gdot2 = 2.0 * dev.squaredNorm();
+    const auto c =
+        gas_.coefficients(e, Contacts::inverse_g(gas_, e, old.memory), sqrt(gdot2), old.speed);
+    Real s = gas_.advance(c, old.speed, gdot2, trD, dt), Y = gas_.softened(c, s);
+    const Real eta = c.H * Y * s, lam = c.B * Y * s;  // per bulk density
+    Real share = 0.0;
+    if constexpr (std::is_base_of_v<WithContacts, Contacts>)
+      share = Contacts::share(c, old.memory, dev);
+    const auto viscous = spring_.stretched(old.viscous, dev, trD, (1.0 + share) * eta, lam, dt);
+    const Real of_contacts = share / (1.0 + share) * viscous.shear_heat;
+    if (!spring_.rigid()) {
+      s = gas_.heated(c, old.speed, viscous.shear_heat - of_contacts + viscous.bulk_heat, trD, dt);
+      Y = gas_.softened(c, s);
+    }
+    const Real p_c = c.P * Y * s * s, density = bulk_density(e);
+    const auto matter = (1.0 + e) * KineticTheory::void_fraction < 1.0;
+    const auto if_matter = [&](const Real& a) { return select(matter, a, Real(0.0)); };
+    r.collisional_pressure = if_matter(density * (p_c + trace(viscous.stress) * (1.0 / 3)));
+    r.sigma = plus_isotropic(r.sigma + if_matter(density) * deviator(viscous.stress),
+                             r.collisional_pressure);
+    r.state.speed = select(matter, s, old.speed);
+    r.state.viscous = select(matter, viscous.stress, old.viscous);
+    r.state.viscosity = if_matter(density * (lam + 4.0 / 3.0 * (1.0 + share) * eta));
+    r.energies.stored += select(matter, viscous.stored, spring_.stored(old.viscous));
+    r.energies.regime_4 = if_matter(dt * c.Q * Y * s * s * s);
+    r.energies.contact = if_matter(of_contacts);
+    r.work += if_matter(dt * p_c * trD + viscous.work);
+  }
+
   QuasiStatic model_;
   std::optional<DormandPrince> rates_;
   KineticTheory gas_;
+  ViscousSpring spring_;
   bool collisions_;
 };
 

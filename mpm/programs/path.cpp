@@ -64,8 +64,11 @@ PointPath PointPath::load(const std::string& path, const std::vector<std::string
   const Document file = read_document(path, Kind::point);
   const Values &values = file.values, &start = values.table("start");
 
-  std::vector<std::string> set;
-  if (values.has("set")) set = values.words("set");
+  std::vector<std::string> set{"mpm.viscous_stiffness=0"};  // the law by itself, without a grid
+  if (values.has("set")) {
+    const auto words = values.words("set");
+    set.insert(set.end(), words.begin(), words.end());
+  }
   set.insert(set.end(), overrides.begin(), overrides.end());
   // the law's reference volume is that of the start
   if (start.has("void_ratio"))

@@ -16,11 +16,12 @@ using namespace test;
 constexpr double chi = 0.123, onset = 6.69;
 
 Case material(double share, const std::string& length = "softened") {
-  return Case::load(GRAINPAIR_SOURCE "/cases/column/case.toml",
-                    {"material.law=contact_share", "material.collision_time_factor=4.18",
-                     fmt::format("material.correlation_length={}", length),
-                     fmt::format("material.correlation_onset={}", onset),
-                     fmt::format("material.contact_share={}", share)});
+  return Case::load(
+      GRAINPAIR_SOURCE "/cases/column/case.toml",
+      {"material.law=contact_share", "mpm.viscous_stiffness=0",
+       "material.collision_time_factor=4.18", fmt::format("material.correlation_length={}", length),
+       fmt::format("material.correlation_onset={}", onset),
+       fmt::format("material.contact_share={}", share)});
 }
 
 /// What a point in steady simple shear says, its dissipations per second.
@@ -160,9 +161,10 @@ TEST(ContactShareLedger, TakesTheWorkOfTheShare) {
   const double T = 1e-3, dt = 1e-6;
   const auto step = [&](double share) {
     Cuboid<PlaneStrain> block{.box = {6, 6}, .low = {0, 0}, .high = {6, 6}};
-    std::vector<std::string> keys{
-        "material.law=contact_share", "material.correlation_length=softened",
-        "material.correlation_onset=0.5", fmt::format("material.contact_share={}", share)};
+    std::vector<std::string> keys{"material.law=contact_share", "mpm.viscous_stiffness=0",
+                                  "material.correlation_length=softened",
+                                  "material.correlation_onset=0.5",
+                                  fmt::format("material.contact_share={}", share)};
     block.body = material_registry().at("contact_share")(any_case(keys));
     block.granular_temperature = [T](const auto&) { return T; };
     block.velocity = [](const auto& x) { return Eigen::Vector2d(0.0, std::sin(8.0 * x[0])); };
