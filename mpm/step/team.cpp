@@ -17,23 +17,25 @@ void pause() { __builtin_ia32_pause(); }
 /// takes a fifth of a sweep.
 constexpr int spins = 4000;
 
-/// Of this thread, for what another one holds, once that has not come in the time of some spins.
+/// Of this thread, for what another one holds.
 thread_local Clock::duration waited{};
 
 template <class F>
 void wait_until(F&& done) {
-  for (int i = 0; i < spins; ++i) {
-    if (done()) return;
-    pause();
-  }
+  if (done()) return;
   const auto start = Clock::now();
-  while (!done()) sched_yield();
+  for (int i = 0; !done(); ++i) {
+    if (i < spins)
+      pause();
+    else
+      sched_yield();
+  }
   waited += Clock::now() - start;
 }
 
-/// Sweeps without help after one that was waiting for the most part: doubled from one to the next
-/// such sweep, so that those are few where the machine has no second core to give.
-constexpr int least_alone = 16, most_alone = 2048;
+/// How long the caller does without help after a sweep that was waiting for the most part, over
+/// what he waited: where the machine has no second core to give, asking for it costs a thirtieth.
+constexpr int times_alone = 32;
 
 constexpr int bits = 20;  // of a count: strips, or chunks of slices
 constexpr std::uint64_t mask = (1u << bits) - 1;
@@ -59,12 +61,10 @@ bool Team::take() {
 
 void Team::run(int count, int threads, Call call, const void* job) {
   if (busy_.test_and_set(std::memory_order_acquire)) return alone(count, call, job);
-  if (alone_ > 0) {
-    --alone_;
+  if (Clock::now() < alone_until_)
     alone(count, call, job);
-  } else {
+  else
     share_out(count, threads, call, job);
-  }
   busy_.clear(std::memory_order_release);
 }
 
@@ -90,12 +90,8 @@ void Team::share_out(int count, int threads, Call call, const void* job) {
   while (take()) {
   }
   wait_until([&] { return undone_.load(std::memory_order_acquire) == 0; });
-  if (2 * waited > Clock::now() - start) {
-    alone_ = next_alone_;
-    next_alone_ = std::min(2 * next_alone_, most_alone);
-  } else if (next_alone_ > least_alone) {
-    --next_alone_;
-  }
+  const auto end = Clock::now();
+  if (2 * waited > end - start) alone_until_ = end + times_alone * waited;
 }
 
 void Team::help(int helper) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <thread>
 #include <vector>
@@ -21,6 +22,7 @@ class Milestone {
   std::atomic<unsigned> stage_{0};
 };
 
+/// What the threads of all sweeps are.
 class Team {
  public:
   static Team& of_all() {
@@ -60,7 +62,7 @@ class Team {
   Call call_ = nullptr;
   const void* job_ = nullptr;
   std::vector<std::thread> helpers_;
-  int alone_ = 0, next_alone_ = 16;  // sweeps that the caller does by himself; of the next time
+  std::chrono::steady_clock::time_point alone_until_{};
 };
 
 }  // namespace grainpair
