@@ -2,17 +2,20 @@
 // the machine's limits, timed in one run. Names hold what was run as key:value; the launcher's
 // `bench` reads them.
 //
-// The scene is the seed's column (a cube in three dimensions) just released, cut into as many
-// points as asked.
+// The scene is the seed's column (a cube in three dimensions), cut into as many points as asked:
+// just released, when every cell holds its four or eight points and nothing has to be sorted; in
+// flow; and come to rest.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <malloc.h>
 #include <omp.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 
 #include "mpm/bench/bare_kernels.hpp"
 #include "mpm/output/output.hpp"
@@ -27,16 +30,28 @@ int side(int dim, double points) {
   return std::max(2, static_cast<int>(std::lround(0.5 * std::pow(points, 1.0 / dim))));
 }
 
-Case scene(int dim, double points, const std::string& law, const std::string& shape,
-           const std::string& precision = "single") {
-  const double h = 0.1 / side(dim, points);
-  return Case::load(
-      "cases/column",
-      {"material.law=" + law, "mpm.shape=" + shape, "mpm.precision=" + precision,
-       fmt::format("mpm.cell_size={:.17g}", h),
-       fmt::format("geometry.thickness={}", dim == 3 ? 0.1 : 0.005), "geometry.floor_length=0.2",
-       fmt::format("geometry.dimension={}", dim == 3 ? "three_dimensional" : "plane_strain")});
-}
+/// What is timed: the law on a column of so many points.
+struct Scene {
+  int dim;
+  double points;
+  std::string law = "drucker_prager";
+  std::string shape = "quadratic_bspline";
+  std::string precision = "single";
+  double grains = 0.0;  // Young modulus of the grains [Pa], 0: the case's own
+  double floor = 0.2;   // [m]; what flows needs more
+
+  Case load() const {
+    return Case::load(
+        "cases/column",
+        {"material.law=" + law, "mpm.shape=" + shape, "mpm.precision=" + precision,
+         fmt::format("mpm.cell_size={:.17g}", 0.1 / side(dim, points)),
+         fmt::format("geometry.thickness={}", dim == 3 ? 0.1 : 0.005),
+         fmt::format("geometry.floor_length={}", floor),
+         fmt::format("mpm.young_modulus={}", grains),
+         fmt::format("geometry.dimension={}", dim == 3 ? "three_dimensional" : "plane_strain")});
+  }
+  bool operator==(const Scene&) const = default;
+};
 
 /// On the heap and in use, whatever earlier scenes have left behind.
 double allocated_bytes() {
@@ -44,29 +59,78 @@ double allocated_bytes() {
   return static_cast<double>(now.uordblks + now.hblkhd);
 }
 
-void step(benchmark::State& state, int dim, double points, const std::string& law,
-          const std::string& shape, const std::string& precision, int threads) {
+/// When a step is timed.
+enum class Moment { start, flow, rest };
+constexpr std::array moments{"start", "flow", "rest"};
+/// That are timed then: points in flow are sorted every few dozen steps, and sorting counts.
+constexpr int steps_on_the_way = 200;
+
+/// A column on its way. The rows of a scene follow one another in the order of moments, so that it
+/// collapses once for all of them.
+struct Collapse {
+  explicit Collapse(const Scene& s) : scene(s), simulation(make_simulation(s.load(), {})) {}
+
+  /// In flow: 2 sqrt(H/g) after the release, in the midst of the collapse. At rest: when a
+  /// hundredth of the largest kinetic energy is left.
+  void advance(Moment moment) {
+    const double flowing = 2.0 * time_scale(scene.load());
+    omp_set_num_threads(omp_get_num_procs());
+    double kinetic = simulation->ledger().kinetic;
+    while (simulation->time() < flowing || (moment == Moment::rest && kinetic > 0.01 * largest)) {
+      simulation->step(simulation->stable_step().dt);
+      kinetic = simulation->ledger().kinetic;
+      largest = std::max(largest, kinetic);
+    }
+  }
+
+  Scene scene;
+  std::unique_ptr<Simulation> simulation;
+  double largest = 0.0;  // kinetic energy on the way to flow [J]
+};
+
+/// Holds one column at a time.
+Simulation& collapsed(Scene scene, Moment moment) {
+  static std::optional<Collapse> kept;
+  scene.floor = 0.5;
+  if (!kept || !(kept->scene == scene)) kept.emplace(scene);
+  kept->advance(moment);
+  return *kept->simulation;
+}
+
+void tell(benchmark::State& state, const Simulation& simulation) {
+  state.counters["points"] = static_cast<double>(simulation.size());
+  state.counters["seconds_since_release"] = simulation.time();
+  state.counters["kinetic_over_potential"] =
+      simulation.ledger().kinetic / simulation.ledger().potential;
+}
+
+void step_at_start(benchmark::State& state, const Scene& scene, int threads) {
   omp_set_num_threads(threads);
   const double before = allocated_bytes();
-  const auto simulation = make_simulation(scene(dim, points, law, shape, precision), {});
+  const auto simulation = make_simulation(scene.load(), {});
   for (int i = 0; i < 3; ++i) simulation->step(simulation->stable_step().dt);
   state.counters["bytes_per_point"] =
       (allocated_bytes() - before) / static_cast<double>(simulation->size());
-  state.counters["points"] = static_cast<double>(simulation->size());
+  tell(state, *simulation);
   for (auto _ : state) simulation->step(simulation->stable_step().dt);
 }
 
+void step_later(benchmark::State& state, const Scene& scene, Moment moment, int threads) {
+  Simulation& simulation = collapsed(scene, moment);
+  tell(state, simulation);
+  omp_set_num_threads(threads);
+  for (auto _ : state) simulation.step(simulation.stable_step().dt);
+}
+
 /// What one part of the step takes, while the step goes on.
-void stage(benchmark::State& state, int dim, double points, double StageTimes::*part) {
+void stage(benchmark::State& state, Simulation& simulation, double StageTimes::*part) {
   omp_set_num_threads(1);
-  const auto simulation =
-      make_simulation(scene(dim, points, "drucker_prager", "quadratic_bspline"), {});
-  simulation->step(simulation->stable_step().dt);
-  state.counters["points"] = static_cast<double>(simulation->size());
+  simulation.step(simulation.stable_step().dt);
+  tell(state, simulation);
   double before = 0.0;
   StageTimes times;
   for (auto _ : state) {
-    simulation->step(simulation->stable_step().dt, times);
+    simulation.step(simulation.stable_step().dt, times);
     state.SetIterationTime(times.*part - before);
     before = times.*part;
   }
@@ -81,7 +145,7 @@ void bare(benchmark::State& state, double points) {
 
 void frame(benchmark::State& state, double points) {
   omp_set_num_threads(1);
-  const Case column = scene(2, points, "drucker_prager", "quadratic_bspline");
+  const Case column = Scene{2, points}.load();
   const auto simulation = make_simulation(column, {});
   const auto path =
       std::filesystem::temp_directory_path() / fmt::format("grainpair_{}.h5", getpid());
@@ -129,34 +193,57 @@ void multiply_add(benchmark::State& state) {
 }
 
 template <class F>
-void add(const std::string& name, F&& f) {
-  benchmark::RegisterBenchmark(name.c_str(), std::forward<F>(f))->MeasureProcessCPUTime();
+auto* add(const std::string& name, F&& f) {
+  return benchmark::RegisterBenchmark(name.c_str(), std::forward<F>(f))->MeasureProcessCPUTime();
 }
 
 template <int Dim>
-void add_stages(double points) {
-  const auto name = [&](const char* what) {
-    return fmt::format("benchmark:{}/dimension:{}/shape:quadratic_bspline/threads:1/points:{:.0f}",
-                       what, Dim, points);
-  };
-  add(name("bare_kernels"), [=](benchmark::State& s) { bare<Dim>(s, points); });
+void add_bare(double points) {
+  add(fmt::format("benchmark:bare_kernels/dimension:{}/shape:quadratic_bspline/threads:1/"
+                  "points:{:.0f}",
+                  Dim, points),
+      [=](benchmark::State& s) { bare<Dim>(s, points); });
+}
+
+void add_stages(const Scene& scene, Moment moment) {
   const auto add_stage = [&](const char* what, double StageTimes::*part) {
-    benchmark::RegisterBenchmark(name(what).c_str(), [=](benchmark::State& s) {
-      stage(s, Dim, points, part);
-    })->UseManualTime();
+    const auto name = fmt::format(
+        "benchmark:{}/state:{}/dimension:{}/shape:{}/law:{}/threads:1/points:{:.0f}", what,
+        moments[static_cast<std::size_t>(moment)], scene.dim, scene.shape, scene.law, scene.points);
+    auto* row = benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& s) {
+      if (moment == Moment::start)
+        stage(s, *make_simulation(scene.load(), {}), part);
+      else
+        stage(s, collapsed(scene, moment), part);
+    });
+    row->UseManualTime();
+    if (moment != Moment::start) row->Iterations(steps_on_the_way);
   };
   add_stage("particles_to_grid", &StageTimes::to_grid);
   add_stage("grid_to_particles", &StageTimes::to_points);
   add_stage("constitutive_update", &StageTimes::update);
 }
 
-void add_step(int dim, double points, const std::string& law, const std::string& shape, int threads,
-              const std::string& precision = "single") {
-  const std::string of_shape = shape == "quadratic_bspline" ? precision : "double";
-  add(fmt::format(
-          "benchmark:step/dimension:{}/shape:{}/precision:{}/law:{}/threads:{}/points:{:.0f}", dim,
-          shape, of_shape, law, threads, points),
-      [=](benchmark::State& s) { step(s, dim, points, law, shape, precision, threads); });
+void add_step(const Scene& scene, int threads, Moment moment = Moment::start) {
+  const std::string of_shape = scene.shape == "quadratic_bspline" ? scene.precision : "double";
+  const auto name = fmt::format(
+      "benchmark:step/state:{}/dimension:{}/shape:{}/precision:{}/law:{}/threads:{}/points:{:.0f}",
+      moments[static_cast<std::size_t>(moment)], scene.dim, scene.shape, of_shape, scene.law,
+      threads, scene.points);
+  if (moment == Moment::start)
+    add(name, [=](benchmark::State& s) { step_at_start(s, scene, threads); });
+  else
+    add(name, [=](benchmark::State& s) {
+      step_later(s, scene, moment, threads);
+    })->Iterations(steps_on_the_way);
+}
+
+/// Of a column that has to be computed before it can be timed.
+void add_collapse(const Scene& scene) {
+  for (const Moment moment : {Moment::flow, Moment::rest}) {
+    for (const int threads : {1, 2}) add_step(scene, threads, moment);
+    if (moment == Moment::flow) add_stages(scene, moment);
+  }
 }
 
 }  // namespace
@@ -165,22 +252,25 @@ void add_step(int dim, double points, const std::string& law, const std::string&
 int main(int argc, char** argv) {
   using namespace grainpair;
   benchmark::Initialize(&argc, argv);
-  const std::string quadratic = "quadratic_bspline";
   add("benchmark:triad", triad);
   add("benchmark:multiply_add", multiply_add);
   for (const double points : {14400.0, 1e6}) {
-    add_stages<2>(points);
-    add_stages<3>(points);
+    add_bare<2>(points);
+    add_bare<3>(points);
+    for (const int dim : {2, 3}) add_stages({dim, points}, Moment::start);
   }
   for (const int dim : {2, 3}) {
     for (const int threads : {1, 2})
       for (const std::string law : {"drucker_prager", "lade_duncan", "solid_fluid"})
-        add_step(dim, 14400, law, quadratic, threads);
-    add_step(dim, 14400, "drucker_prager", quadratic, 1, "double");
+        add_step({dim, 14400, law}, threads);
+    add_step({.dim = dim, .points = 14400, .precision = "double"}, 1);
     for (const std::string shape : {"linear", "gimp", "cubic_bspline"})
-      add_step(dim, 14400, "drucker_prager", shape, 1);
+      add_step({.dim = dim, .points = 14400, .shape = shape}, 1);
     for (const double points : {1e3, 1e4, 1e5, 1e6, 1e7})
-      for (const int threads : {1, 2}) add_step(dim, points, "drucker_prager", quadratic, threads);
+      for (const int threads : {1, 2}) add_step({dim, points}, threads);
+    for (const double points : {1e3, 14400.0}) add_collapse({dim, points});
+    // grains 60 times softer are on their way in an eighth of the steps, through the same regimes
+    add_collapse({.dim = dim, .points = 14400, .law = "solid_fluid", .grains = 5e6});
   }
   add("benchmark:frame/dimension:2/points:14400", [](benchmark::State& s) { frame(s, 14400); });
   try {

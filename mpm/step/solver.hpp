@@ -17,6 +17,7 @@
 #include "mpm/grid/walls.hpp"
 #include "mpm/points/body.hpp"
 #include "mpm/step/simulation.hpp"
+#include "mpm/step/team.hpp"
 #include "mpm/step/transfer_kernel.hpp"
 
 namespace grainpair {
@@ -193,23 +194,45 @@ class Solver final : public Simulation {
     out.template head<dim>() = a;
     return out;
   }
-  /// f(strip) over all strips; those that run at the same time share no node and no cell.
+  /// f(strip) over all strips, colour by colour; those that run at the same time share no node and
+  /// no cell. A strip waits for those of its neighbours that come before it, not for a whole
+  /// colour: a cube has four or five strips of one, which two threads cannot halve.
   template <class F>
   void for_each_strip(F&& f) {
-    for (int colour = 0; colour < colours; ++colour)
-      side_by_side(colour, static_cast<int>(strips_.size()), colours,
-                   [&](int s) { f(static_cast<std::size_t>(s)); });
-  }
-  /// f(begin), f(begin + stride) ... below end, in any order; what one thread had, it gets again in
-  /// the next sweep. OpenMP's team of one would enter the kernel in every sweep.
-  template <class F>
-  static void side_by_side(int begin, int end, int stride, F&& f) {
-    if (omp_get_max_threads() == 1) {
-      for (int i = begin; i < end; i += stride) f(i);
+    const int strips = static_cast<int>(strips_.size()), threads = omp_get_max_threads();
+    if (threads == 1) {
+      for (int k = 0; k < strips; ++k) f(strip_at(k));
       return;
     }
-#pragma omp parallel for schedule(static, 1)
-    for (int i = begin; i < end; i += stride) f(i);
+    const unsigned sweep = ++sweeps_;
+    Team::of_all().share(strips, threads, [&](int k) {
+      const std::size_t s = strip_at(k);
+      const std::size_t first = s < colours ? 0 : s - colours + 1;
+      for (std::size_t other = first; other < std::min(s + colours, strips_.size()); ++other)
+        if (other % colours < s % colours) done_[other].await(sweep);
+      f(s);
+      done_[s].set(sweep);
+    });
+  }
+  /// Of all strips, colour by colour.
+  std::size_t strip_at(int k) const {
+    const int strips = static_cast<int>(strips_.size());
+    int colour = 0;
+    for (int of_colour; k >= (of_colour = (strips - colour + colours - 1) / colours); ++colour)
+      k -= of_colour;
+    return static_cast<std::size_t>(colour + k * colours);
+  }
+  /// f(begin) ... f(end - 1), side by side; eight pieces a thread are enough to be even.
+  template <class F>
+  static void side_by_side(int begin, int end, F&& f) {
+    const int threads = omp_get_max_threads(), pieces = threads == 1 ? 1 : 8 * threads;
+    const auto piece = [&](int k) {
+      for (int i = begin + (end - begin) * k / pieces; i < begin + (end - begin) * (k + 1) / pieces;
+           ++i)
+        f(i);
+    };
+    if (threads == 1) return piece(0);
+    Team::of_all().share(pieces, threads, piece);
   }
   template <class F>
   void for_each_point(F&& f) {
@@ -230,7 +253,7 @@ class Solver final : public Simulation {
   /// f(i) over the slices of nodes, across x, that points can reach.
   template <class F>
   void for_each_slice(F&& f) {
-    side_by_side(material_.box.begin[0], material_.box.end[0], 1, f);
+    side_by_side(material_.box.begin[0], material_.box.end[0], f);
   }
   template <class F>
   void for_each_node(F&& f) {
@@ -286,6 +309,8 @@ class Solver final : public Simulation {
   ClearingCells spent_rates_, spent_pressures_;  // of the step before
   std::vector<double> scratch_;                  // of conduction: conductivity times volume [J s]
   std::vector<Strip> strips_;
+  std::vector<Milestone> done_;  // the last sweep that has done with a strip
+  unsigned sweeps_ = 0;
   std::vector<GatherSums> sums_;  // of the last sweep, by strip
   std::vector<PointSums> point_sums_;
   std::vector<Work> work_;  // by slice of nodes

@@ -123,6 +123,7 @@ Order Solver<D>::in_cell_order(const std::vector<std::uint32_t>& points,
     strips_.push_back({begin, order.from.size()});
     begin = order.from.size();
   }
+  done_ = std::vector<Milestone>(strips_.size());
   return order;
 }
 

@@ -1,7 +1,9 @@
 """The bench command: what it prints is what the benchmark programs measured."""
 
 import json
+import re
 
+from cases.programs import call, program
 from compare.commands import bench
 
 
@@ -10,7 +12,7 @@ def test_records_of_a_small_run():
         "step_benchmark",
         [
             "--benchmark_min_time=0.01",
-            "--benchmark_filter=dimension:2/.*threads:1/points:1000/|multiply_add",
+            "--benchmark_filter=step/state:start/dimension:2/.*threads:1/points:1000/|multiply_add",
         ],
     )
     rows = [bench.record(entry) for entry in entries]
@@ -26,9 +28,54 @@ def test_records_of_a_small_run():
     json.dumps(rows)
 
 
+def test_the_column_is_timed_at_the_start_in_flow_and_at_rest():
+    """Each state is what its name says. In flow, kinetic energy is 0.08 of the potential energy in
+    a plane and 0.05 in space.
+    """
+    rows = {
+        (row["state"], row["dimension"]): row
+        for row in map(
+            bench.record,
+            bench.timed(
+                "step_benchmark",
+                [
+                    "--benchmark_min_time=0.01",
+                    "--benchmark_filter=step/.*drucker_prager/threads:1/points:1000/",
+                ],
+            ),
+        )
+    }
+    fall = (0.1 / 9.81) ** 0.5
+    for dimension in (2, 3):
+        start, flow, rest = (rows[state, dimension] for state in ("start", "flow", "rest"))
+        assert start["seconds_since_release"] < 0.01 * fall
+        assert start["kinetic_over_potential"] < 1e-4
+        assert 2.0 <= flow["seconds_since_release"] / fall < 2.5
+        assert flow["kinetic_over_potential"] > 0.03
+        assert rest["seconds_since_release"] > 3.0 * fall
+        assert rest["kinetic_over_potential"] < 0.1 * flow["kinetic_over_potential"]
+        assert start["points"] == flow["points"] == rest["points"]
+
+
+def test_the_quick_run_computes_no_collapse_of_the_full_model():
+    """And leaves out no row of 14 400 points but those."""
+    everything = [
+        name
+        for name in call(
+            [str(program("step_benchmark")), "--benchmark_list_tests=true"]
+        ).stdout.splitlines()
+        if "points:14400/" in name
+    ]
+    left_out = {name for name in everything if not re.search(bench.QUICK, name)}
+    assert left_out and left_out == {
+        name for name in everything if "law:solid_fluid" in name and "state:start" not in name
+    }
+
+
 def test_two_threads_are_held_against_one():
     step = {
         "benchmark": "step",
+        "state": "flow",
         "dimension": 2,
         "shape": "linear",
         "precision": "double",
@@ -38,6 +85,7 @@ def test_two_threads_are_held_against_one():
     rows = [
         step | {"threads": 2, "point_steps_per_second": 9.0},
         step | {"threads": 1, "point_steps_per_second": 5.0},
+        step | {"threads": 1, "state": "start", "point_steps_per_second": 6.0},
         step | {"threads": 1, "law": "linear_elastic", "point_steps_per_second": 1.0},
     ]
     bench.add_speed_up(rows)
@@ -52,7 +100,8 @@ def test_a_step_costs_more_than_the_bare_kernels():
         "step_benchmark",
         [
             "--benchmark_min_time=0.05",
-            "--benchmark_filter=(bare_kernels|law:drucker_prager).*threads:1/points:14400/",
+            "--benchmark_filter=(bare_kernels|step/state:start.*law:drucker_prager)"
+            ".*threads:1/points:14400/",
         ],
     )
     rate = {

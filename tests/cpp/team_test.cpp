@@ -1,0 +1,79 @@
+// Threads that share out a sweep.
+#include "mpm/step/team.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <numeric>
+#include <set>
+
+namespace grainpair {
+namespace {
+
+TEST(Team, DoesEverythingOnce) {
+  for (int sweep = 0; sweep < 2000; ++sweep) {
+    const int count = sweep % 50;
+    std::vector<int> done(static_cast<std::size_t>(count), 0);  // no atomics: each has one owner
+    Team::of_all().share(count, 4, [&](int i) { ++done[static_cast<std::size_t>(i)]; });
+    EXPECT_EQ(done, std::vector<int>(static_cast<std::size_t>(count), 1)) << sweep;
+  }
+}
+
+/// Each sweep takes what other threads have left in the one before.
+TEST(Team, SeesWhatWasDoneBetweenSweeps) {
+  std::vector<long> now(1000, 0), next(1000);
+  for (long sweep = 0; sweep < 1000; ++sweep) {
+    Team::of_all().share(10, 3, [&](int i) {
+      for (std::size_t j = 0; j < 100; ++j) {
+        const std::size_t k = 100 * static_cast<std::size_t>(i) + j;
+        next[k] = now[(k + 100) % 1000] + 1;
+      }
+    });
+    std::swap(now, next);
+    for (const long number : now) ASSERT_EQ(number, sweep + 1);
+  }
+}
+
+/// What waits for what began before it comes to its end, whoever has it.
+TEST(Team, MilestonesKeepAnOrder) {
+  for (unsigned sweep = 1; sweep < 500; ++sweep) {
+    static std::vector<Milestone> done(20);
+    std::vector<int> order;
+    Team::of_all().share(20, 3, [&](int i) {
+      if (i > 0) done[static_cast<std::size_t>(i - 1)].await(sweep);
+      order.push_back(i);
+      done[static_cast<std::size_t>(i)].set(sweep);
+    });
+    std::vector<int> in_order(20);
+    std::iota(in_order.begin(), in_order.end(), 0);
+    ASSERT_EQ(order, in_order);
+  }
+}
+
+/// Helpers do help: of sweeps long enough to be woken for, some are not the caller's alone.
+TEST(Team, IsMoreThanOne) {
+  std::set<std::thread::id> who;
+  std::vector<std::thread::id> of(200);
+  for (int sweep = 0; sweep < 500 && who.size() < 2; ++sweep) {
+    Team::of_all().share(200, 2, [&](int i) {
+      of[static_cast<std::size_t>(i)] = std::this_thread::get_id();
+      const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(20);
+      while (std::chrono::steady_clock::now() < end) {
+      }
+    });
+    who.insert(of.begin(), of.end());
+  }
+  EXPECT_EQ(who.size(), 2u);
+}
+
+/// A sweep within a sweep, or of another thread, is done without help.
+TEST(Team, ASweepWithinASweepEnds) {
+  std::vector<int> done(100, 0);
+  Team::of_all().share(10, 2, [&](int i) {
+    Team::of_all().share(10, 2, [&](int j) { ++done[static_cast<std::size_t>(10 * i + j)]; });
+  });
+  EXPECT_EQ(done, std::vector<int>(100, 1));
+}
+
+}  // namespace
+}  // namespace grainpair
