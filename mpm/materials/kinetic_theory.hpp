@@ -210,7 +210,7 @@ class KineticTheory {
         3.0 * c3 * s_old + c2 > 0.0 && (3.0 * c3 * s_old + 2.0 * c2) * s_old + 2.0 * c1 > 0.0;
     Real s = s_old;
     if (!all(descends)) {
-      const Real cold = cube_root(-3.0 * c0 / c3);
+      const Real cold = any(c0 != 0.0) ? cube_root(-3.0 * c0 / c3) : Real(0.0);
       const Real bound =
           larger(larger(3.0 * larger(-c2, Real(0.0)) / c3, sqrt(-3.0 * c1 / c3)), cold);
       s = select(descends, s_old, bound);

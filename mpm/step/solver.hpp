@@ -205,7 +205,7 @@ class Solver final : public Simulation {
       return;
     }
     const unsigned sweep = ++sweeps_;
-    Team::of_all().share(strips, threads, [&](int k) {
+    share_out(strips, threads, [&](int k) {
       const std::size_t s = strip_at(k);
       const std::size_t first = s < colours ? 0 : s - colours + 1;
       for (std::size_t other = first; other < std::min(s + colours, strips_.size()); ++other)
@@ -232,7 +232,7 @@ class Solver final : public Simulation {
         f(i);
     };
     if (threads == 1) return piece(0);
-    Team::of_all().share(pieces, threads, piece);
+    share_out(pieces, threads, piece);
   }
   template <class F>
   void for_each_point(F&& f) {
@@ -263,7 +263,7 @@ class Solver final : public Simulation {
   void for_each_node_of_slice(int i, F&& f) {
     std::array<int, dim> node;
     node[0] = i;
-    for (int j = material_.box.begin[1]; j < material_.box.end[1]; ++j) {
+    for (int j = material_.box.begin[1]; j < tops_[static_cast<std::size_t>(i)]; ++j) {
       node[1] = j;
       const auto row = static_cast<std::size_t>(i * grid_.stride[0] + j * grid_.stride[1]);
       if constexpr (dim == 2) {
@@ -308,6 +308,7 @@ class Solver final : public Simulation {
   GivenCells pressures_;                         // of the points as they are
   ClearingCells spent_rates_, spent_pressures_;  // of the step before
   std::vector<double> scratch_;                  // of conduction: conductivity times volume [J s]
+  std::vector<int> tops_;  // by slice of nodes: the end of those along y that points can reach
   std::vector<Strip> strips_;
   std::vector<Milestone> done_;  // the last sweep that has done with a strip
   unsigned sweeps_ = 0;

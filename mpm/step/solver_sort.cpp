@@ -127,17 +127,34 @@ Order Solver<D>::in_cell_order(const std::vector<std::uint32_t>& points,
   return order;
 }
 
-/// Cells to either side of the points that they can drift into, and the nodes those reach.
+/// Cells to either side of the points that they can drift into, and the nodes those reach. Above a
+/// slope there are as many nodes again in the box of all points; each slice of nodes has a top of
+/// its own.
 template <int D>
 void Solver<D>::find_active_box(const std::vector<std::uint32_t>& points) {
+  constexpr int drift = 2;  // cells, to either side
+  const auto cell = [&](std::uint32_t p, int d) {
+    return static_cast<int>(points_.x[p][d] * grid_.axes[d].inverse_h);
+  };
   for (int d = 0; d < dim; ++d) {
     int low = setup_.cells[d], high = 0;
-    for (const auto p : points) {
-      const int c = static_cast<int>(points_.x[p][d] * grid_.axes[d].inverse_h);
-      low = std::min(low, c), high = std::max(high, c);
-    }
-    material_.box.begin[d] = std::max(low - 2, 0);
-    material_.box.end[d] = std::min(high + 2 + kernel_->support, grid_.axes[d].nodes);
+    for (const auto p : points) low = std::min(low, cell(p, d)), high = std::max(high, cell(p, d));
+    material_.box.begin[d] = std::max(low - drift, 0);
+    material_.box.end[d] = std::min(high + drift + kernel_->support, grid_.axes[d].nodes);
+  }
+  std::vector<int> highest(static_cast<std::size_t>(setup_.cells[0]), -1);  // by column of cells
+  for (const auto p : points) {
+    int& of_column = highest[static_cast<std::size_t>(cell(p, 0))];
+    of_column = std::max(of_column, cell(p, 1));
+  }
+  tops_.assign(static_cast<std::size_t>(grid_.axes[0].nodes), material_.box.begin[1]);
+  for (int column = 0; column < setup_.cells[0]; ++column) {
+    const int high = highest[static_cast<std::size_t>(column)];
+    if (high < 0) continue;
+    const int top = std::min(high + drift + kernel_->support, grid_.axes[1].nodes);
+    const int end = std::min(column + drift + kernel_->support, grid_.axes[0].nodes);
+    for (int i = std::max(column - drift, 0); i < end; ++i)
+      tops_[static_cast<std::size_t>(i)] = std::max(tops_[static_cast<std::size_t>(i)], top);
   }
 }
 

@@ -14,7 +14,7 @@ TEST(Team, DoesEverythingOnce) {
   for (int sweep = 0; sweep < 2000; ++sweep) {
     const int count = sweep % 50;
     std::vector<int> done(static_cast<std::size_t>(count), 0);  // no atomics: each has one owner
-    Team::of_all().share(count, 4, [&](int i) { ++done[static_cast<std::size_t>(i)]; });
+    share_out(count, 4, [&](int i) { ++done[static_cast<std::size_t>(i)]; });
     EXPECT_EQ(done, std::vector<int>(static_cast<std::size_t>(count), 1)) << sweep;
   }
 }
@@ -23,7 +23,7 @@ TEST(Team, DoesEverythingOnce) {
 TEST(Team, SeesWhatWasDoneBetweenSweeps) {
   std::vector<long> now(1000, 0), next(1000);
   for (long sweep = 0; sweep < 1000; ++sweep) {
-    Team::of_all().share(10, 3, [&](int i) {
+    share_out(10, 3, [&](int i) {
       for (std::size_t j = 0; j < 100; ++j) {
         const std::size_t k = 100 * static_cast<std::size_t>(i) + j;
         next[k] = now[(k + 100) % 1000] + 1;
@@ -39,7 +39,7 @@ TEST(Team, MilestonesKeepAnOrder) {
   for (unsigned sweep = 1; sweep < 500; ++sweep) {
     static std::vector<Milestone> done(20);
     std::vector<int> order;
-    Team::of_all().share(20, 3, [&](int i) {
+    share_out(20, 3, [&](int i) {
       if (i > 0) done[static_cast<std::size_t>(i - 1)].await(sweep);
       order.push_back(i);
       done[static_cast<std::size_t>(i)].set(sweep);
@@ -55,7 +55,7 @@ TEST(Team, IsMoreThanOne) {
   std::set<std::thread::id> who;
   std::vector<std::thread::id> of(200);
   for (int sweep = 0; sweep < 500 && who.size() < 2; ++sweep) {
-    Team::of_all().share(200, 2, [&](int i) {
+    share_out(200, 2, [&](int i) {
       of[static_cast<std::size_t>(i)] = std::this_thread::get_id();
       const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(20);
       while (std::chrono::steady_clock::now() < end) {
@@ -69,8 +69,8 @@ TEST(Team, IsMoreThanOne) {
 /// A sweep within a sweep, or of another thread, is done without help.
 TEST(Team, ASweepWithinASweepEnds) {
   std::vector<int> done(100, 0);
-  Team::of_all().share(10, 2, [&](int i) {
-    Team::of_all().share(10, 2, [&](int j) { ++done[static_cast<std::size_t>(10 * i + j)]; });
+  share_out(10, 2, [&](int i) {
+    share_out(10, 2, [&](int j) { ++done[static_cast<std::size_t>(10 * i + j)]; });
   });
   EXPECT_EQ(done, std::vector<int>(100, 1));
 }
