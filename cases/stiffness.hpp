@@ -1,0 +1,31 @@
+// The stiffness that a scene needs: that of continuum and grains is lowered until the column's own
+// weight strains its base by a stated amount, and by no more.
+//
+// The measure is rho g H/K, weight over bulk modulus at the base [-], where rho = rho_s/(1+e0).
+// Bulk modulus of a packing of spheres: K = c E_p^(2/3) p^(1/3) [Hertz; c measured in the element
+// test `isotropic`]. So one factor s of the bulk stiffness is s^(3/2) of the grains' E_p, in both
+// engines alike.
+#pragma once
+
+#include "cases/values.hpp"
+
+namespace grainpair {
+
+/// What was made of one engine's stiffness.
+struct Stiffness {
+  double factor = 1.0;  // of the bulk modulus, 1: that of card and case; of grains, by whoever
+  double weight = 0.0;  // rho g H/K reached
+  double error = 0.0;   // largest relative error of a headline figure to be expected of `factor`
+};
+
+struct Stiffnesses {
+  Stiffness continuum, grains;
+};
+
+/// Softens the constants of the scene where mpm.stiffness and dem.stiffness are `needed`:
+/// material.young_modulus of laws linear in strain; of the others bulk_stiffness, shear_stiffness
+/// and, of those that read E_p, mpm.young_modulus; dem.young_modulus. Nothing is made stiffer, and
+/// an engine whose young_modulus is given stays as it is.
+Stiffnesses soften(Values& scene);
+
+}  // namespace grainpair
