@@ -61,6 +61,8 @@ bool needed(const Values& scene, const std::string& engine) {
 
 double bounded(double factor) { return factor < 1.0 - rounding ? factor : 1.0; }
 
+}  // namespace
+
 Stiffness soften_continuum(Values& scene) {
   const std::string& law = scene.word("material.law");
   const bool of_springs = linear_in_strain(law), of_spheres = !of_springs && law != "lade_duncan";
@@ -103,9 +105,5 @@ Stiffness soften_grains(Values& scene) {
   out.error = out.factor < 1.0 ? softening_error("grains", out.weight) : 0.0;
   return out;
 }
-
-}  // namespace
-
-Stiffnesses soften(Values& scene) { return {soften_continuum(scene), soften_grains(scene)}; }
 
 }  // namespace grainpair

@@ -22,10 +22,12 @@ struct Stiffnesses {
   Stiffness continuum, grains;
 };
 
-/// Softens the constants of the scene where mpm.stiffness and dem.stiffness are `needed`:
-/// material.young_modulus of laws linear in strain; of the others bulk_stiffness, shear_stiffness
-/// and, of those that read E_p, mpm.young_modulus; dem.young_modulus. Nothing is made stiffer, and
-/// an engine whose young_modulus is given stays as it is.
-Stiffnesses soften(Values& scene);
+/// Softens the law's elastic constants where mpm.stiffness is `needed`: material.young_modulus of
+/// laws linear in strain; of the others bulk_stiffness, shear_stiffness and, of those that read E_p,
+/// mpm.young_modulus. Nothing is made stiffer, and nothing changes where mpm.young_modulus is given.
+Stiffness soften_continuum(Values& scene);
+
+/// The same of dem.young_modulus, where dem.stiffness is `needed` and it is not given.
+Stiffness soften_grains(Values& scene);
 
 }  // namespace grainpair
