@@ -64,8 +64,9 @@ PointPath PointPath::load(const std::string& path, const std::vector<std::string
   const Document file = read_document(path, Kind::point);
   const Values &values = file.values, &start = values.table("start");
 
-  std::vector<std::string> set;
-  if (values.has("set")) set = values.words("set");
+  std::vector<std::string> set{"mpm.stiffness=as given"};  // a point bears no column's weight
+  if (values.has("set"))
+    for (const std::string& word : values.words("set")) set.push_back(word);
   set.insert(set.end(), overrides.begin(), overrides.end());
   // the law's reference volume is that of the start
   if (start.has("void_ratio"))

@@ -13,7 +13,6 @@ BOUNDS = {
     "tension": (0.01, "of the column's pressure"),
     "end": (1e-3, "of the mass"),
 }
-MENDED = ("halved",)  # of what the engine has dealt with itself
 FIGURE = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)( %)?")
 
 
