@@ -23,8 +23,9 @@ struct Stiffnesses {
 };
 
 /// Softens the law's elastic constants where mpm.stiffness is `needed`: material.young_modulus of
-/// laws linear in strain; of the others bulk_stiffness, shear_stiffness and, of those that read E_p,
-/// mpm.young_modulus. Nothing is made stiffer, and nothing changes where mpm.young_modulus is given.
+/// laws linear in strain; of the others bulk_stiffness, shear_stiffness and, of those that read
+/// E_p, mpm.young_modulus. Nothing is made stiffer, and nothing changes where mpm.young_modulus is
+/// given.
 Stiffness soften_continuum(Values& scene);
 
 /// The same of dem.young_modulus, where dem.stiffness is `needed` and it is not given.

@@ -1,11 +1,11 @@
-"""What a softer continuum answers: each law on its own stiffness and softened, from displaced starts
-that tell chance from effect.
+"""What a softer continuum answers: each law on its own stiffness and softened, from displaced
+starts that tell chance from effect.
 
     python3 -m compare.study.softening CASE [--cells N] [--seeds N]
 
-Writes cases/<case>/reference/softening.csv; cases/softening.toml is read off its means. The bar of a
-mean is its standard error. What is `as given` for the laws linear in strain is 1e7 Pa here, ten times
-the schema's default: real packings are as stiff.
+Writes cases/<case>/reference/softening.csv; cases/softening.toml is read off its means, whose
+standard errors are printed too. What is `as given` for the laws linear in strain is 1e7 Pa here,
+ten times the schema's default: such a skeleton is as stiff as the others.
 """
 
 import sys
