@@ -22,8 +22,8 @@ def usable(root: Path = Path("/")) -> int:
 def quota(folder: Path) -> float:
     """Processors that a control group's quota is worth; 0 where it has none."""
     if (folder / "cpu.max").exists():
-        most, period = (folder / "cpu.max").read_text().split()
-        return 0.0 if most == "max" else float(most) / float(period)
+        words = (folder / "cpu.max").read_text().split()
+        return 0.0 if words[0] == "max" else float(words[0]) / float(words[1])
     most, period = (memory.number_in(folder / f"cpu.cfs_{name}_us") for name in ("quota", "period"))
     return most / period if 0 < most < memory.NO_LIMIT and period < memory.NO_LIMIT else 0.0
 

@@ -24,7 +24,7 @@ from cases.provenance import about, head
 from cases.stages import Stage, run_stages
 from compare.study.figures import at_end, figures
 
-LAWS = {
+LAWS: dict[str, list[str]] = {
     "drucker_prager": ["material.young_modulus=1e7"],
     "mu_i": ["material.young_modulus=1e7"],
     "lade_duncan": [],
@@ -44,7 +44,8 @@ def one(scene: Path, law: str, weight: float, cells: int, seed: int, folder: Pat
     sets = [f"material.law={law.split(',')[0]}", *LAWS[law], f"mpm.cell_size={size!r}"]
     sets += [f"mpm.jitter={DISPLACED}", "time.maximum=6", "time.frame_interval=1"]
     sets.append(f"mpm.stiffness={'needed' if weight else 'as given'}")
-    sets += [f"mpm.weight_to_stiffness={weight!r}"] if weight else []
+    if weight:
+        sets.append(f"mpm.weight_to_stiffness={weight!r}")
     words = [word for assignment in sets for word in ("--set", assignment)]
     result = folder / "mpm.h5"
     told = [program("mpm_run"), scene, *words, "--seed", seed, "-o", result]
