@@ -1,4 +1,4 @@
-"""What is told of softened grains and skeletons: by the validator, in a finding, on the terminal."""
+"""What is told of softened grains and skeletons: by validator, finding and terminal."""
 
 from types import SimpleNamespace
 
