@@ -125,6 +125,9 @@ Case Case::load(const std::string& path, const std::vector<std::string>& overrid
   result.values_ = complete(schema(), given, result.path_, "");
   check_scene(result.values_);
   derive_constants(result.values_);
+  result.stiffness_.grains = soften_grains(result.values_);
+  result.resolved_ = result.values_.as_toml();
+  result.stiffness_.continuum = soften_continuum(result.values_);
   result.contradictions_ = grainpair::contradictions(result.values_, card);
   return result;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cases/failure.hpp"
+#include "cases/stiffness.hpp"
 #include "cases/values.hpp"
 
 namespace grainpair {
@@ -14,8 +15,9 @@ class Case {
  public:
   /// Reads `path` (a file, or a folder that holds case.toml), what it extends and its material
   /// card, applies `overrides` ("mpm.cell_size=0.002"), checks all of it against the schema, fills
-  /// in the defaults and derives what the grains determine. A key is taken from the first that
-  /// gives it: override, file, extended files, card, default. Throws CaseError.
+  /// in the defaults, derives what the grains determine and softens what
+  /// mpm.stiffness and dem.stiffness say. A key is taken
+  /// from the first that gives it: override, file, extended files, card, default. Throws CaseError.
   static Case load(const std::string& path, const std::vector<std::string>& overrides = {});
 
   // Values by dotted key, e.g. number("geometry.height"). A key the schema lacks throws
@@ -25,18 +27,21 @@ class Case {
   bool flag(const std::string& key) const { return values_.flag(key); }
   const std::string& word(const std::string& key) const { return values_.word(key); }
 
-  /// The complete case as TOML, defaults and overrides included; itself a case file that resolves
-  /// to the same.
-  std::string resolved() const { return values_.as_toml(); }
+  /// The complete case as TOML, defaults and overrides included, the law's constants not softened;
+  /// itself a case file that resolves to the same.
+  const std::string& resolved() const { return resolved_; }
   /// The file as its author wrote it.
   const std::string& text() const { return text_; }
   const std::string& path() const { return path_; }
   /// What contradicts the grains without being wrong in itself (cases/constants.hpp), a line each.
   const std::vector<std::string>& contradictions() const { return contradictions_; }
+  /// What was made of the stiffness of continuum and grains.
+  const Stiffnesses& stiffness() const { return stiffness_; }
 
  private:
-  std::string path_, text_;
+  std::string path_, text_, resolved_;
   Values values_;
+  Stiffnesses stiffness_;
   std::vector<std::string> contradictions_;
 };
 

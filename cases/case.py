@@ -3,6 +3,7 @@
 There is no other validator.
 """
 
+import json
 import os
 import sys
 import tomllib
@@ -63,6 +64,18 @@ def load(path: str | Path, overrides: Iterable[str] = (), kind: str = "scene") -
         tomllib.loads(check.stdout),
         tuple(check.stderr.strip().splitlines()),
     )
+
+
+def stiffness(path: str | Path, overrides: Iterable[str] = ()) -> dict[str, dict[str, float]]:
+    """What is made of the stiffness of a scene's engines, "mpm" and "dem": stiffness_factor of the
+    bulk modulus, weight_to_stiffness and softening_error (cases/stiffness.hpp) [-]. Raises
+    CaseError as load does.
+    """
+    words = [word for assignment in overrides for word in ("--set", assignment)]
+    told = call([str(program("mpm_case")), str(path), "--stiffness", *words])
+    if told.returncode:
+        raise (CaseError if told.returncode == 2 else EngineError)(told.stderr.strip())
+    return json.loads(told.stdout)
 
 
 def tell_contradictions(case: Case):

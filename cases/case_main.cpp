@@ -32,13 +32,23 @@ std::string complete_file(const std::string& path, Kind kind,
   return read_document(path, kind).values.as_toml();
 }
 
+void print(const Stiffnesses& of) {
+  const auto one = [](const Stiffness& s) {
+    return fmt::format(
+        "{{\"stiffness_factor\": {:.6g}, \"weight_to_stiffness\": {:.6g}, \"softening_error\": "
+        "{:.3g}}}",
+        s.factor, s.weight, s.error);
+  };
+  fmt::print("{{\"mpm\": {}, \"dem\": {}}}\n", one(of.continuum), one(of.grains));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CommandLine line("Checks an input file against its schema and prints it complete, as TOML.");
   std::string path, kind;
   std::vector<std::string> overrides;
-  bool describe = false, codes = false;
+  bool describe = false, codes = false, stiffness = false;
   line.option("file", path,
               "input file, or a folder that holds case.toml; with --describe the start of a key")
       .option("--kind", kind,
@@ -46,6 +56,8 @@ int main(int argc, char** argv) {
               "scene)")
       .repeated("--set", overrides, "key=value that overrides a scene's file; may be repeated")
       .flag("--describe", describe, "print the schema instead")
+      .flag("--stiffness", stiffness,
+            "print as JSON what is made of the stiffness of a scene's continuum and grains")
       .flag("--failures", codes, "print the codes of failures and warnings instead");
   if (const auto done = line.parse(argc, argv)) return *done;
   if (kind.empty())
@@ -53,6 +65,8 @@ int main(int argc, char** argv) {
   try {
     if (codes)
       print_codes();
+    else if (stiffness)
+      print(Case::load(path, overrides).stiffness());
     else if (describe)
       fmt::print("{}", describe_keys(path, kind_named(kind)));
     else if (path.empty())

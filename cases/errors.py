@@ -27,6 +27,7 @@ class Warned(StrEnum):
     """What spoils a result without ending its run; the first word of a warning's line."""
 
     DRIFT = "drift"
+    HALVED = "halved"
     NOISE = "noise"
     LOCKING = "locking"
     LOSS = "loss"

@@ -30,7 +30,7 @@ enum class Failure {
 };
 
 /// What spoils a result without ending its run.
-enum class Warning { drift, noise, locking, loss, tension, end };
+enum class Warning { drift, halved, noise, locking, loss, tension, end };
 
 template <class Code>
 struct Coded {
@@ -52,6 +52,7 @@ inline constexpr Coded<Failure> failure_codes[] = {
 
 inline constexpr Coded<Warning> warning_codes[] = {
     {Warning::drift, "drift", "the numerics made a share of the energy out of nothing"},
+    {Warning::halved, "halved", "steps were too long, and were shortened during the run"},
     {Warning::noise, "noise", "points move in ways that their cells cannot see"},
     {Warning::locking, "locking", "the pressure differs between the points of a cell"},
     {Warning::loss, "loss", "the transfer took much of the energy released"},

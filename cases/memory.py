@@ -21,25 +21,38 @@ def of_machine(root: Path) -> float:
 
 def of_groups(root: Path) -> list[float]:
     """What the groups of this process, and those around them, still allow."""
-    listed = root / "proc/self/cgroup"
     left = [NO_LIMIT]
+    for folder in groups("memory", root):
+        for names in (
+            ("memory.max", "memory.current"),
+            ("memory.limit_in_bytes", "memory.usage_in_bytes"),
+        ):
+            most, taken = (number_in(folder / name) for name in names)
+            if most < NO_LIMIT and taken < NO_LIMIT:
+                left.append(max(0.0, most - taken))
+    return left
+
+
+def groups(controller: str, root: Path) -> list[Path]:
+    """Folders of the control groups of this process, and of those around them, in which a
+    controller, such as memory or cpu, keeps its files; of either version of control groups.
+    """
+    listed = root / "proc/self/cgroup"
+    found = []
     for line in listed.read_text().splitlines() if listed.exists() else []:
         number, controllers, path = line.split(":", 2)
         if number == "0" and not controllers:
-            mount, names = root / "sys/fs/cgroup", ("memory.max", "memory.current")
-        elif controllers == "memory":
-            mount = root / "sys/fs/cgroup/memory"
-            names = ("memory.limit_in_bytes", "memory.usage_in_bytes")
+            mount = root / "sys/fs/cgroup"
+        elif controller in controllers.split(","):
+            mount = root / "sys/fs/cgroup" / controllers
         else:
             continue
         here = mount / path.strip("/")
         for folder in [here, *here.parents]:
-            most, taken = (number_in(folder / name) for name in names)
-            if most < NO_LIMIT and taken < NO_LIMIT:
-                left.append(max(0.0, most - taken))
+            found.append(folder)
             if folder == mount:
                 break
-    return left
+    return found
 
 
 def number_in(path: Path) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from cases import command_line, workflow
+from cases import command_line, cores, workflow
 from cases.case import Case, load
 from cases.errors import CaseError, EngineError
 from cases.files import check_table, write_table
@@ -83,7 +83,9 @@ def parser() -> command_line.Parser:
     )
     out.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     out.add_argument(
-        "--jobs", type=command_line.threads, default=2, help="seeds at a time (default 2)"
+        "--jobs",
+        type=command_line.threads,
+        help="seeds at a time (as many as there are cores and memory for)",
     )
     out.add_argument("--ranks", type=command_line.threads, default=1, help="MPI ranks of each")
     out.add_argument(
@@ -100,7 +102,8 @@ def parser() -> command_line.Parser:
 def main() -> int:
     options = parser().parse_args()
     seeds = range(options.first, options.first + options.seeds)
-    where = workflow.Where(options.jobs * options.ranks, options.profile)
+    jobs = options.jobs or max(1, cores.jobs() // options.ranks)
+    where = workflow.Where(jobs * options.ranks, options.profile)
     try:
         if seeds[-1] > command_line.MOST_SEED:
             raise CaseError(

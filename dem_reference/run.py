@@ -12,7 +12,7 @@ from pathlib import Path
 import h5py
 
 from cases import command_line
-from cases.case import Case, load
+from cases.case import Case, load, stiffness
 from cases.errors import CaseError, EngineError
 from cases.files import owned
 from cases.programs import kept
@@ -53,8 +53,11 @@ def run(
     command: str,
     script: bool,
     ranks: int,
+    softness: dict[str, float],
 ) -> None:
-    """Packing, collapse and result file; the file appears complete or not at all."""
+    """Packing, collapse and result file; the file appears complete or not at all. `softness`: what
+    of the grains' stiffness the file is to tell.
+    """
     tables = packing.dict_of(case)
     refuse(tables)
     Plan.of(tables)
@@ -70,7 +73,7 @@ def run(
             "command": command,
             "threads": ranks,
             "engine_version": version,
-        }
+        } | softness
         target = target.resolve()  # the engine works in a folder of its own
         work = target.with_name(f"{target.name}.work")
         work.mkdir()
@@ -161,6 +164,7 @@ def main(words: list[str] | None = None) -> int:
             command,
             options.driver == "script",
             options.ranks,
+            stiffness(options.case, options.set)["dem"],
         )
     except CaseError as error:
         print(error, file=sys.stderr)

@@ -9,7 +9,7 @@ void ratio there. Written to --out: judge.html, judge.csv, overall.csv and figur
 import sys
 from pathlib import Path
 
-from cases import case, command_line, results, workflow
+from cases import case, command_line, cores, results, workflow
 from cases.errors import CaseError
 from cases.lookup import find_case
 from cases.programs import name_of, program
@@ -67,7 +67,9 @@ def arguments(parser):
         "collapses against its bias",
     )
     parser.add_argument("--profile", type=Path, metavar="DIR", help=sweep.HELP["profile"])
-    parser.add_argument("--jobs", type=command_line.threads, default=2, help=sweep.HELP["jobs"])
+    parser.add_argument(
+        "--jobs", type=command_line.threads, default=cores.jobs(), help=sweep.HELP["jobs"]
+    )
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="folder of the results (runs/judge/<case>)"
     )

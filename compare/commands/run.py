@@ -6,17 +6,16 @@ controls/ and vtk/, once all of them are complete; other files in the folder sta
 """
 
 import json
-import os
 import shutil
 import sys
 from pathlib import Path
 
-from cases import case, command_line, results
+from cases import case, command_line, cores, memory, results
 from cases.stages import Stage, run_chains, run_stages
 from cases.errors import CaseError
 from cases.lookup import find_case
 from cases.programs import module, name_of, program
-from compare.cost import estimate, refuse_more_than_there_is, table, tell_if_long
+from compare.cost import Estimate, estimate, refuse_more_than_there_is, table, tell_if_long
 from compare.verdict import conclusion, siblings
 from dem_reference.content import ensemble_folder
 
@@ -60,7 +59,9 @@ def arguments(parser):
         "(%(default)s)",
     )
     parser.add_argument(
-        "--threads", type=command_line.threads, default=1, help="of the continuum (%(default)s)"
+        "--threads",
+        type=command_line.threads,
+        help="of the continuum (what the grains and its siblings leave of this machine's cores)",
     )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
     parser.add_argument(
@@ -74,7 +75,9 @@ def arguments(parser):
     conclusion.require_argument(parser)
 
 
-def grains(scene: case.Case, options, common: list, scratch: Path) -> tuple[Stage, list[Path]]:
+def grains(
+    scene: case.Case, options, common: list, scratch: Path, jobs: int
+) -> tuple[Stage, list[Path]]:
     """The stage that runs the grains, and the result files it makes: one, or one per seed of an
     ensemble.
 
@@ -87,14 +90,10 @@ def grains(scene: case.Case, options, common: list, scratch: Path) -> tuple[Stag
         return Stage("grains (DEM)", module(*words)), [result]
     words = ["dem_reference.ensemble", *common, "--first", options.seed, "--seeds", options.seeds]
     folder = ensemble_folder(scene)
-    words += ["--jobs", cores(), "--table", folder / "ensemble.csv"]
+    words += ["--jobs", jobs, "--table", folder / "ensemble.csv"]
     seeds = range(options.seed, options.seed + options.seeds)
     stage = Stage(f"grains (DEM), {options.seeds} seeds", module(*words))
     return stage, [folder / f"{seed}.h5" for seed in seeds]
-
-
-def cores() -> int:
-    return len(os.sched_getaffinity(0))
 
 
 def run(options) -> int:
@@ -119,10 +118,11 @@ def run(options) -> int:
     ]
     with results.owned(out, takes.disk) as folder, folder.prepare(OURS) as scratch:
         tell_if_long(scene, takes)
-        grain_stage, grain_results = grains(scene, options, common, scratch)
+        plan = plan_of(scene, options, takes)
+        grain_stage, grain_results = grains(scene, options, common, scratch, plan.grains)
         packed = scene["initial.state"] == "packing"  # the continuum starts from the first packing
         common += ["--packing", grain_results[0]] if packed else []
-        engines(scene, options, common, grain_stage, scratch)
+        engines(scene, options, common, grain_stage, scratch, plan)
         for number, result in enumerate(grain_results, start=1):
             if result.parent != scratch:
                 shutil.copy(result, scratch / ("dem.h5" if number == 1 else f"dem_{number}.h5"))
@@ -130,25 +130,52 @@ def run(options) -> int:
             compared = Stage("comparison", module("compare.report", scratch, "--progress"))
             run_stages([compared], quiet=options.quiet)
     metrics = json.loads((out / "metrics.json").read_text())
-    print("\n".join([verdict(metrics), *conclusion.lines(metrics)]))
+    print("\n".join([verdict(metrics), *stiffness(metrics), *conclusion.lines(metrics)]))
     for line in conclusion.not_met(metrics, names):
         print(line, file=sys.stderr)
     print(out / "report.html")
     return conclusion.exit_code(metrics, names)
 
 
-def engines(scene: case.Case, options, common: list, grain_stage: Stage, scratch: Path):
-    """Runs the grains, the continuum and its siblings into the scratch folder: the grains beside
-    the rest where there is a core for them and the rest does not start from them.
+def plan_of(scene: case.Case, options, takes: Estimate) -> cores.Plan:
+    """How the engines share the cores; with fewer seeds at a time where memory is short."""
+    left = max(0.0, memory.available() - takes.mpm.bytes * (1 if options.no_siblings else 2))
+    return cores.plan(
+        cores.usable(),
+        takes.mpm.counts["points"],
+        max(1, min(options.seeds, int(left / takes.dem.bytes))),
+        siblings=not options.no_siblings,
+        waits=scene["initial.state"] == "packing",
+        threads=options.threads,
+    )
+
+
+def engines(
+    scene: case.Case,
+    options,
+    common: list,
+    grain_stage: Stage,
+    scratch: Path,
+    plan: cores.Plan,
+):
+    """Runs the grains, the continuum and its siblings into the scratch folder, beside each other as
+    planned.
     """
-    words = [*common, "--seed", options.seed, "--threads", options.threads]
-    told = [program("mpm_run"), *words, "--progress", "-o", scratch / "mpm.h5"]
+    words = [*common, "--seed", options.seed]
+    threads = ["--threads", plan.threads]
+    told = [program("mpm_run"), *words, *threads, "--progress", "-o", scratch / "mpm.h5"]
     continuum = [Stage("continuum (MPM)", told)]
-    if not options.no_siblings:
-        continuum += siblings.stages(scene, words, scratch)
-    beside = cores() > 1 and scene["initial.state"] != "packing"
-    chains = [[grain_stage], continuum] if beside else [[grain_stage, *continuum]]
-    siblings.note(scratch, run_chains(chains, quiet=options.quiet))
+    alone = [] if plan.siblings_beside else threads
+    more = [] if options.no_siblings else siblings.stages(scene, [*words, *alone], scratch)
+    apart = [continuum, more] if plan.siblings_beside else [[*continuum, *more]]
+    if plan.beside:
+        failed = run_chains([[grain_stage], *apart], quiet=options.quiet)
+    elif plan.siblings_beside:
+        run_stages([grain_stage], quiet=options.quiet)
+        failed = run_chains(apart, quiet=options.quiet)
+    else:
+        failed = run_chains([[grain_stage, *apart[0]]], quiet=options.quiet)
+    siblings.note(scratch, failed)
 
 
 def uncertain(entry: dict, key: str) -> str:
@@ -170,6 +197,16 @@ def verdict(metrics: dict) -> str:
         line = f"{words + ' [' + entry['unit'] + ']':<42}{mpm:>18}{dem:>18}{difference:>14}"
         lines.append(f"{line}   {conclusion.verdict_words(entry)}".rstrip())
     return "\n".join(lines)
+
+
+def stiffness(metrics: dict) -> list[str]:
+    """A line of what was softened, and what that may move; none where nothing was."""
+    parts = [
+        f"{words} to {metrics['weight_to_stiffness'][engine]:.2g} ({100 * error:.2g} %)"
+        for engine, words in (("mpm", "continuum"), ("dem", "grains"))
+        if (error := metrics["softening_error"][engine])
+    ]
+    return [f"softened, rho g H/K (and what it may move): {', '.join(parts)}"] if parts else []
 
 
 def scatter_key(entry: dict) -> str:

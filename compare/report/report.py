@@ -39,6 +39,7 @@ HEADLINES = {
     "wasserstein_x": "Distance of the deposits along x",
     "moving_without_stress": "Moving without stress, continuum",
     "cpu_seconds": "Processor time",
+    "softening_error": "What softening may move",
 }
 
 

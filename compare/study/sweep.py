@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from cases import case, command_line, results, workflow
+from cases import case, command_line, cores, results, workflow
 from cases.programs import kept, name_of, short
 from compare.study import keys
 from compare.study.recipe import Recipe
 
 HELP = {
-    "jobs": "runs at a time (%(default)s)",
+    "jobs": "runs at a time, of one thread each (%(default)s: cores, and memory for them)",
     "profile": "a Snakemake profile, such as dem_reference/slurm: the runs go to a cluster",
 }
 
@@ -25,7 +25,9 @@ def arguments(parser):
         metavar="CASE",
         help="case file, folder that holds case.toml, or name of a folder in cases/",
     )
-    parser.add_argument("--jobs", type=command_line.threads, default=2, help=HELP["jobs"])
+    parser.add_argument(
+        "--jobs", type=command_line.threads, default=cores.jobs(), help=HELP["jobs"]
+    )
     parser.add_argument("--profile", type=Path, metavar="DIR", help=HELP["profile"])
     parser.add_argument(
         "--out",

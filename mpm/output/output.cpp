@@ -109,6 +109,10 @@ Output::Output(Draft& draft, const Case& scene, const Provenance& provenance)
   write("case", scene.text());
   write("case_resolved", scene.resolved());
   write("contradictions", told(scene.contradictions()));
+  const Stiffness& stiffness = scene.stiffness().continuum;
+  write("stiffness_factor", stiffness.factor);
+  write("weight_to_stiffness", stiffness.weight);
+  write("softening_error", stiffness.error);
   write("command", provenance.command);
   write("threads", provenance.threads);
   write("time_scale", time_scale(scene));

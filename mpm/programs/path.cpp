@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "cases/kinds.hpp"
+#include "mpm/programs/law_alone.hpp"
 
 namespace grainpair {
 namespace {
@@ -64,11 +65,9 @@ PointPath PointPath::load(const std::string& path, const std::vector<std::string
   const Document file = read_document(path, Kind::point);
   const Values &values = file.values, &start = values.table("start");
 
-  std::vector<std::string> set{"mpm.viscous_stiffness=0"};  // the law by itself, without a grid
-  if (values.has("set")) {
-    const auto words = values.words("set");
-    set.insert(set.end(), words.begin(), words.end());
-  }
+  std::vector<std::string> set = law_alone;
+  if (values.has("set"))
+    for (const std::string& word : values.words("set")) set.push_back(word);
   set.insert(set.end(), overrides.begin(), overrides.end());
   // the law's reference volume is that of the start
   if (start.has("void_ratio"))

@@ -4,6 +4,7 @@
 
 #include "cases/command_line.hpp"
 #include "cases/failure.hpp"
+#include "mpm/programs/law_alone.hpp"
 #include "mpm/programs/steady.hpp"
 
 int main(int argc, char** argv) {
@@ -26,7 +27,7 @@ int main(int argc, char** argv) {
   if (const auto done = line.parse(argc, argv)) return *done;
   omp_set_num_threads(threads);
   try {
-    overrides.insert(overrides.begin(), "mpm.viscous_stiffness=0");  // the law by itself
+    overrides.insert(overrides.begin(), grainpair::law_alone.begin(), grainpair::law_alone.end());
     const auto material = grainpair::Case::load(scene, overrides);
     const auto conditions = grainpair::read_conditions(given);
     write(steady_shear(material, conditions), conditions, material, out);

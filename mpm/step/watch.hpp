@@ -4,6 +4,7 @@
 // column's height, the pressure that is there.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,10 @@ class Watch {
   };
   /// `cell` [m]: points of one cell are compared with one another.
   Watch(const Simulation& simulation, const Column& column, double cell);
+
+  /// Share of the stable step to take: halved whenever the finite step has made another
+  /// fiftieth of the energy held at release out of nothing.
+  double step_share() const { return std::ldexp(1.0, -halvings_); }
 
   /// After every step. Throws SolverError: not finite, energy growth.
   void step(const Simulation& simulation, long steps);
@@ -36,6 +41,8 @@ class Watch {
   double created_ = 0.0, peak_ = 0.0;
   double noise_ = 0.0, roughness_ = 0.0, tension_ = 0.0, at_end_ = 0.0;
   long rough_looks_ = 0;
+  int halvings_ = 0;
+  double first_halved_ = 0.0;  // [s]
 };
 
 }  // namespace grainpair

@@ -11,7 +11,9 @@ const Case& any_case(const std::vector<std::string>& keys) {
   static std::map<std::vector<std::string>, Case> cases;
   const auto found = cases.find(keys);
   if (found != cases.end()) return found->second;
-  return cases.emplace(keys, Case::load(GRAINPAIR_SOURCE "/cases/column", keys)).first->second;
+  std::vector<std::string> sets{"mpm.stiffness=as given"};
+  sets.insert(sets.end(), keys.begin(), keys.end());
+  return cases.emplace(keys, Case::load(GRAINPAIR_SOURCE "/cases/column", sets)).first->second;
 }
 
 std::unique_ptr<Body> inert() { return std::make_unique<BodyOf<Inert>>(Inert(any_case())); }
@@ -20,12 +22,12 @@ std::unique_ptr<Body> linear_elastic(double poisson_ratio) {
   const double modulus = density * 100.0;  // P-wave modulus [Pa]
   const double young =
       modulus * (1 + poisson_ratio) * (1 - 2 * poisson_ratio) / (1 - poisson_ratio);
-  const Case scene = Case::load(
-      GRAINPAIR_SOURCE "/cases/column",
-      {"material.law=linear_elastic", fmt::format("material.young_modulus={:.17g}", young),
-       fmt::format("material.poisson_ratio={:.17g}", poisson_ratio),
-       fmt::format("grains.density={:.17g}", solid_density),
-       fmt::format("initial.void_ratio={:.17g}", void_ratio)});
+  const Case scene = Case::load(GRAINPAIR_SOURCE "/cases/column",
+                                {"material.law=linear_elastic", "mpm.stiffness=as given",
+                                 fmt::format("material.young_modulus={:.17g}", young),
+                                 fmt::format("material.poisson_ratio={:.17g}", poisson_ratio),
+                                 fmt::format("grains.density={:.17g}", solid_density),
+                                 fmt::format("initial.void_ratio={:.17g}", void_ratio)});
   return material_registry().at("linear_elastic")(scene);
 }
 

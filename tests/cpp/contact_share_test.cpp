@@ -18,7 +18,7 @@ constexpr double chi = 0.123, onset = 6.69;
 Case material(double share, const std::string& length = "softened") {
   return Case::load(
       GRAINPAIR_SOURCE "/cases/column/case.toml",
-      {"material.law=contact_share", "mpm.viscous_stiffness=0",
+      {"mpm.stiffness=as given", "mpm.viscous_stiffness=0", "material.law=contact_share",
        "material.collision_time_factor=4.18", fmt::format("material.correlation_length={}", length),
        fmt::format("material.correlation_onset={}", onset),
        fmt::format("material.contact_share={}", share)});
@@ -102,9 +102,9 @@ double structure(const KineticTheory& gas, double e, double temperature, double 
 
 /// From rest to a strain of 1, and the other way: x at every 1/50 of strain.
 std::vector<double> structures(double fabric_strain, double nu) {
-  const Case constants = Case::load(
-      GRAINPAIR_SOURCE "/cases/column/case.toml",
-      {"material.law=contact_share", fmt::format("material.fabric_strain={}", fabric_strain)});
+  const Case constants = Case::load(GRAINPAIR_SOURCE "/cases/column/case.toml",
+                                    {"mpm.stiffness=as given", "material.law=contact_share",
+                                     fmt::format("material.fabric_strain={}", fabric_strain)});
   const auto body = material_registry().at("contact_share")(constants);
   const KineticTheory gas(constants);
   const double e = 1.0 / nu - 1.0, rate = 100.0, dt = 1e-4 / rate;

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "tests/cpp/block.hpp"
 
 namespace grainpair {
@@ -92,6 +94,36 @@ TEST(Watch, WarnsOfTensionAndOfPressureThatDiffersWithinCells) {
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_THAT(warnings[0], HasSubstr("locking: "));
   EXPECT_THAT(warnings[1], HasSubstr("tension: "));
+}
+
+/// A vibrating block stepped at `length` of the claimed limit, times what the watch leaves of it or
+/// not; throws what the watch throws.
+Watch vibrated(double length, bool shortened) {
+  const double k = std::numbers::pi / (8 * cell);
+  Cuboid<PlaneStrain> block{.box = {60, 20}, .low = {4, 4}, .high = {12, 12}};
+  block.velocity = [&](const auto& x) {
+    return Eigen::Vector2d(1.0 + 0.02 * std::cos(k * (x[0] - 4 * cell)), 0.0);
+  };
+  block.numerics.time_step_fraction = 1.0;
+  block.body = linear_elastic(0.25);
+  const auto solver = block.build<BSpline<2>>();
+  Watch watch(*solver, {height, gravity, floor_length}, cell);
+  for (int step = 1; step <= 300; ++step) {
+    solver->step(length * solver->stable_step().dt * (shortened ? watch.step_share() : 1.0));
+    watch.step(*solver, step);
+  }
+  return watch;
+}
+
+TEST(Watch, ShortensStepsThatMakeEnergy) {
+  EXPECT_EQ(vibrated(1.0, true).step_share(), 1.0);  // within the claimed limit nothing is cut
+  EXPECT_THAT([] { vibrated(2.0, false); },
+              ThrowsMessage<SolverError>(EndsWith("[energy-growth]")));
+  const Watch watch = vibrated(2.0, true);
+  EXPECT_LT(watch.step_share(), 1.0);
+  const auto warnings = watch.warnings({}, {});
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings[0], HasSubstr("halved: "));
 }
 
 }  // namespace

@@ -327,7 +327,8 @@ def test_a_name_that_begins_with_a_dash_is_a_name(tmp_path, monkeypatch, capsys)
     def compare(folder):
         assert Path(folder).is_absolute()
         entry = {"mpm": 1.0, "dem": 1.0, "relative_difference": 0.0, "unit": "-"}
-        metrics = {name: entry for name in run_command.VERDICT} | {
+        softness = ("softening_error", "weight_to_stiffness")
+        metrics = {name: entry for name in (*run_command.VERDICT, *softness)} | {
             "verdict": {"value": "agree", "valid": True, "scatter": "none"},
             "findings": {"list": []},
         }

@@ -19,8 +19,8 @@ FIGURE = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)( %)?")
 @check(order=10)
 def warned(c, metrics):
     """Every line of the attribute `warnings` of either engine. The watch speaks when a figure is
-    above its bound, so a warning it is known for makes the result invalid; of one that nobody here
-    knows, the user is to judge.
+    above its bound, so a warning it is known for makes the result invalid; of what the engine has
+    mended, and of one that nobody here knows, the user is to judge.
     """
     for engine, runs in sides(c):
         for run in runs:

@@ -1,0 +1,66 @@
+"""Cores that a process may use, and what to do beside each other on them."""
+
+import os
+from dataclasses import dataclass
+from math import ceil
+from pathlib import Path
+
+from cases import memory
+
+JOB_BYTES = 0.5e9  # of a job of a study: Python, and an engine with a column of the shipped cases
+POINTS_PER_THREAD = 4000  # fewer, and threads wait for each other longer than they work
+
+
+def usable(root: Path = Path("/")) -> int:
+    """Those that the scheduler gives this process, or what its control group's quota of processor
+    time is worth where that is less; one at least.
+    """
+    quotas = [quota(folder) for folder in memory.groups("cpu", root)]
+    return max(1, min([len(os.sched_getaffinity(0)), *(ceil(one - 1e-9) for one in quotas if one)]))
+
+
+def quota(folder: Path) -> float:
+    """Processors that a control group's quota is worth; 0 where it has none."""
+    if (folder / "cpu.max").exists():
+        words = (folder / "cpu.max").read_text().split()
+        return 0.0 if words[0] == "max" else float(words[0]) / float(words[1])
+    most, period = (memory.number_in(folder / f"cpu.cfs_{name}_us") for name in ("quota", "period"))
+    return most / period if 0 < most < memory.NO_LIMIT and period < memory.NO_LIMIT else 0.0
+
+
+def jobs(bytes_each: float = JOB_BYTES, cores: int | None = None) -> int:
+    """Jobs of one thread beside each other: as many as there are cores and memory for; one at
+    least.
+    """
+    return max(1, min(cores or usable(), int(memory.available() / bytes_each)))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a paired run shares the cores."""
+
+    grains: int  # runs of the grains at a time
+    threads: int  # of the continuum
+    beside: bool  # the continuum beside the grains, not after them
+    siblings_beside: bool  # its siblings beside it, with one thread, not after it
+
+    @property
+    def busy(self) -> int:
+        """Most cores in use at a time."""
+        continuum = self.threads + self.siblings_beside
+        return self.grains + continuum if self.beside else max(self.grains, continuum)
+
+
+def plan(
+    cores: int, points: int, seeds: int, *, siblings: bool, waits: bool, threads: int | None = None
+) -> Plan:
+    """All cores busy and no more: the grains first, which take longest, then the siblings, and what
+    is left as threads of the continuum as far as its `points` go round. `waits`: the continuum
+    starts from the grains. `threads` are the user's, who may ask for more than there is.
+    """
+    beside = cores > 1 and not waits
+    grains = min(seeds, cores - 1 if beside else cores)
+    left = cores - grains if beside else cores
+    siblings_beside = siblings and left > (threads or 1)
+    most = max(1, points // POINTS_PER_THREAD)
+    return Plan(grains, threads or min(left - siblings_beside, most), beside, siblings_beside)
