@@ -251,6 +251,12 @@ def example_run(
         np.asarray(time, dtype=float),
         clouds,
         history,
-        {"cpu_seconds": 1.0},
+        {
+            "cpu_seconds": 1.0,
+            "cpu_seconds_engine": 0.5,
+            "cpu_seconds_audit": 0.25,
+            "cpu_seconds_output": 0.125,
+            "cpu_seconds_setup": 0.0625,
+        },
         mapped,
     )

@@ -223,6 +223,11 @@ class Run:
 REGIME = "dissipated_regime_4"  # without it a budget would have a hole that looks like zero
 
 
+def seconds_of(run: Run, name: str) -> float:
+    """An attribute of a run's file in seconds; NaN where the file does not tell it."""
+    return float(run.attributes.get(name, np.nan))
+
+
 def open_run(path: str | Path) -> Run:
     """The run of a result file; raises CaseError when it is not one."""
     path = Path(path)

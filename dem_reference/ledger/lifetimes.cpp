@@ -10,7 +10,7 @@ Lifetimes::Lifetimes(double interval, double threshold) : interval_(interval) {
 }
 
 void Lifetimes::standing(std::uint64_t key, const Heat& held) {
-  contacts_[key] = {std::numeric_limits<double>::infinity(), held, held, sample_};
+  contacts_[key] = {std::numeric_limits<double>::infinity(), held, held, sample_ - 1};
 }
 
 void Lifetimes::seen(std::uint64_t key, const Heat& intake, const Heat& held) {

@@ -152,7 +152,7 @@ def test_figures_and_failures_that_a_study_may_name_are_those_there_are():
     run = checkerboard(n=20, amplitude=0.1)
     run.energy |= {name: np.zeros(3) for name in ("kinetic", *figures.ACCOUNTS)}
     run.energy |= {"time": np.arange(3.0), "potential": np.array([2.0, 1.0, 0.0])}
-    run.attributes |= {"steps": 1, "cpu_seconds": 1.0, "commit": "x"}
+    run.attributes |= {"steps": 1, "cpu_seconds_engine": 1.0, "commit": "x"}
     numbers = {name for name, value in figures.figures(run).items() if not isinstance(value, str)}
     for entry in (keys["convergence"]["keys"]["at_most"], group["limits"], group["at_most"]):
         assert set(entry["choices"]) == numbers
