@@ -1,7 +1,7 @@
 """What decides the grains: of the case, of the sources, of the engine; and the keys of what is kept
 of them.
 
-    python3 -m dem_reference.content FILE    # the digest of the library's sources; the build calls it
+    python3 -m dem_reference.content FILE    # digest of the library's sources; the build calls it
 """
 
 import sys

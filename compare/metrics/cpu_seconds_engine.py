@@ -5,8 +5,8 @@ from compare.metrics import metric
 
 @metric(unit="s", source="the engine's own account")
 def cpu_seconds_engine(run):
-    """Processor time of the engine's own steps and nothing else, all threads together: what costs are
-    compared by. Not known of a file that was made before files told it.
+    """Processor time of the engine's own steps and nothing else, all threads together: what
+    costs are compared by. Not known of a file that was made before files told it.
     """
     return seconds_of(run, "cpu_seconds_engine")
 

@@ -5,7 +5,9 @@ from compare.metrics import metric
 
 @metric(unit="s", source="the engine's own account")
 def cpu_seconds_output(run):
-    """Processor time of frames and files. Not known of a file that was made before files told it."""
+    """Processor time of frames and files. Not known of a file that was made before files told
+    it.
+    """
     return seconds_of(run, "cpu_seconds_output")
 
 

@@ -25,7 +25,8 @@ PARTS = 10**5  # of the dissipation in place: the unit of a cell's share
 def compact(run: Run) -> dict:
     """x_k [m], the x within which the share LEVELS[k] of the final mass lies; histories [J] every
     INTERVAL; height [L0] of the free surface, dissipation in place and the share of moving points
-    without stress, where they are known; the processor time of its engine's own steps, where the file tells it, of all but a packing, and of that.
+    without stress, where they are known; processor time of the engine's own steps, where the file
+    tells it, of all but a packing, and of that.
     """
     cloud, tau = run.clouds[-1], run.energy_tau()
     order = np.argsort(cloud.x[:, 0], kind="stable")

@@ -11,7 +11,6 @@
 
 #include <array>
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 namespace grainpair::ledger {
@@ -49,17 +48,32 @@ class Lifetimes {
 
  private:
   struct Contact {
+    std::uint64_t key = 0;
     double age = 0.0;
     Heat account{}, held{};
-    std::int64_t sample = 0;  // that has seen it last
+    bool goes_on = false;  // whether the next sample has seen it
   };
+  /// The contacts of one sample, in the order seen, and their places by key: a hash table without
+  /// buckets, in which a search goes on to the next slot. Faster than the standard one, whose
+  /// entries lie apart: a third of the time of a sample.
+  class Sample {
+   public:
+    Contact* find(std::uint64_t key);
+    Contact& add(const Contact& contact);
+    void clear();
+    std::vector<Contact> contacts;
+
+   private:
+    std::size_t slot_of(std::uint64_t key) const;
+    std::vector<std::int32_t> slots_ = std::vector<std::int32_t>(1024, -1);  // a power of two
+  };
+  Heat left(const Contact& contact) const;
   void book(double age, const Heat& heat);
   void add_enduring(double age, const Heat& heat, ByThreshold& to) const;
 
   double interval_;
   ByThreshold thresholds_{}, ended_{};
-  std::int64_t sample_ = 0;
-  std::unordered_map<std::uint64_t, Contact> contacts_;
+  Sample last_, next_;
   std::array<Heat, kEdges.size() + 1> heat_{};           // of ended contacts, per lifetime class
   std::array<std::int64_t, kEdges.size() + 1> count_{};  // likewise
 };

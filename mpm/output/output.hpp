@@ -21,8 +21,9 @@ struct Provenance {
 /// Processor time of a run, all threads together [s].
 struct Spent {
   double whole = 0.0;
-  double engine = 0.0, output = 0.0;  // of it: the solver's own steps; frames and files
-  double setup = 0.0;                 // start of the program, reading, first state
+  double engine = 0.0;  // of it: the solver's own steps
+  double output = 0.0;  // frames and files
+  double setup = 0.0;   // start of the program, reading, first state
 };
 
 class Output {

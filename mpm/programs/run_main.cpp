@@ -60,6 +60,14 @@ struct Clock {
   }
 };
 
+/// A stable step that lands on the time `end` in equal steps.
+TimeStep step_towards(Simulation& simulation, double end) {
+  TimeStep step = simulation.stable_step();
+  const double left = end - simulation.time();
+  step.dt = left / std::ceil(left / step.dt);
+  return step;
+}
+
 void print(const Cost& cost) {
   fmt::print(
       "{{\"points\": {}, \"nodes\": {}, \"bytes\": {:.0f}, \"time_step\": {:.17g}, "
@@ -90,8 +98,7 @@ void run(const Case& scene, const Start& start, const std::string& path,
                scene.number("geometry.floor_length")},
               scene.number("mpm.cell_size"));
 
-  Spent spent;
-  spent.setup = cpu_seconds();
+  Spent spent{.setup = cpu_seconds()};
   timed(spent.output, [&] {
     output.frame(*simulation, 0, 0.0);
     output.energies(*simulation, {});
@@ -100,10 +107,7 @@ void run(const Case& scene, const Start& start, const std::string& path,
     TimeStep step;
     double kinetic = 0.0;
     timed(spent.engine, [&] {  // with its own watch over itself
-      step = simulation->stable_step();
-      const double left =
-          std::min(frames.next, end) - simulation->time();  // land on the frame, in equal steps
-      step.dt = left / std::ceil(left / step.dt);
+      step = step_towards(*simulation, std::min(frames.next, end));
       simulation->step(step.dt);
       ++steps;
       kinetic = simulation->ledger().kinetic;

@@ -154,7 +154,7 @@ class Accounts:
     @staticmethod
     def shares(state: State, value: str, weight: float):
         """Normal, tangential, base, wall; and by id."""
-        sums, grains = np.zeros(4), defaultdict(float)
+        sums, grains = np.zeros(4), defaultdict[int, float](float)
         ids = state.atoms["id"]
         for one in state.pairs:
             rate, moving = weight * one[value], [k for k in (one["i"], one["j"]) if state.mobile[k]]
@@ -202,7 +202,9 @@ def random_states(g: Grains, count: int, side: float, thickness: float, samples:
     random = np.random.default_rng(seed)
     x = random.uniform(0, [side, side, thickness], (count, 3))
     drift = random.normal(0, 0.02 * g.diameter, (count, 3))
-    ids, kind = random.permutation(3 * count)[:count] + 1, np.where(random.random(count) < 0.1, 3, 1)
+    ids, kind = random.permutation(3 * count)[:count] + 1, np.where(
+        random.random(count) < 0.1, 3, 1
+    )
     for _ in range(samples):
         x = x + drift
         order = random.permutation(count)
