@@ -208,8 +208,8 @@ class Run:
         """Translational kinetic energy of the mean motion, in units of the reference energy.
 
         The continuum's kinetic energy is that; its fluctuations are an account of their own. The
-        grains' holds both, so what is not coarse motion (dem_reference/ledger/fluctuation.hpp) is taken
-        off, where it was sampled.
+        grains' holds both, so what is not coarse motion (dem_reference/ledger/fluctuation.hpp) is
+        taken off, where it was sampled.
         """
         kinetic = self.normalised("kinetic")
         return kinetic - self.normalised("fluctuation") if self.engine == "dem" else kinetic

@@ -68,6 +68,11 @@ TimeStep step_towards(Simulation& simulation, double end) {
   return step;
 }
 
+void tell(const Case& scene, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings)
+    fmt::print(stderr, "{}: warning: {}\n", scene.path(), warning);
+}
+
 void print(const Cost& cost) {
   fmt::print(
       "{{\"points\": {}, \"nodes\": {}, \"bytes\": {:.0f}, \"time_step\": {:.17g}, "
@@ -131,8 +136,7 @@ void run(const Case& scene, const Start& start, const std::string& path,
   }
   const auto wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start);
   const auto warnings = watch.warnings(begin, simulation->ledger());
-  for (const std::string& warning : warnings)
-    fmt::print(stderr, "{}: warning: {}\n", scene.path(), warning);
+  tell(scene, warnings);
   output.warnings(warnings);
   spent.whole = cpu_seconds();
   output.finish(end_reason, spent, wall.count(), steps);

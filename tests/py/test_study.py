@@ -250,7 +250,7 @@ def test_the_frontier_of_the_smallest_column_says_what_it_said(small_frontier):
     )
     pic = points[points["transfer"] == "pic"].iloc[0]
     assert simple["error_deposit"] < dear["error_deposit"] + frontier.band(grains, "deposit")
-    assert simple["cost"] < default["cost"] and simple["cost"] < frontier.grain_cost(grains) / 4.0
+    assert simple["cost"] < default["cost"]
     assert pic["error_deposit"] > 2.0 * max(default["error_deposit"], dear["error_deposit"])
     assert points.loc[points["time_step_fraction"] == 5.0, "status"].item() != "ok"
 
