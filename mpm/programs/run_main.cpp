@@ -60,11 +60,12 @@ struct Clock {
   }
 };
 
-/// A stable step that lands on the time `end` in equal steps.
+/// A step, one of the equal ones that land on the time `end`.
 TimeStep step_towards(Simulation& simulation, double end) {
   TimeStep step = simulation.stable_step();
   const double left = end - simulation.time();
   step.dt = left / std::ceil(left / step.dt);
+  simulation.step(step.dt);
   return step;
 }
 
@@ -113,7 +114,6 @@ void run(const Case& scene, const Start& start, const std::string& path,
     double kinetic = 0.0;
     timed(spent.engine, [&] {  // with its own watch over itself
       step = step_towards(*simulation, std::min(frames.next, end));
-      simulation->step(step.dt);
       ++steps;
       kinetic = simulation->ledger().kinetic;
       watch.step(*simulation, steps);

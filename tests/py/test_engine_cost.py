@@ -1,4 +1,4 @@
-"""Costs are compared by the engine's own processor time, and unknown where a file does not tell it."""
+"""Costs are compared by the engine's own processor time, and unknown where no file tells it."""
 
 import json
 import math
