@@ -44,20 +44,23 @@ class Accounts {
   Lifetimes& lifetimes() { return lifetimes_; }
 
  private:
-  /// Values of the contacts, times `weight`, to the totals and, by id, to the grains that they
-  /// belong to.
+  struct Sums {
+    Totals totals{};
+    std::vector<double> grains;  // by id
+    double of(std::int32_t id) const {
+      return static_cast<std::size_t>(id) < grains.size() ? grains[id] : 0.0;
+    }
+  };
+  /// Values of the contacts, times `weight`, to the totals and to the grains that they belong to.
   template <class Value>
-  void book(const Moment& moment, double weight, Value&& value, Totals& totals,
-            std::vector<double>& grains) const;
-  void book_held(const Moment& moment, double weight, Totals& totals,
-                 std::vector<double>& grains) const;
+  static void book(const Moment& moment, double weight, Value&& value, Sums& sums);
+  Sums held(const Moment& moment) const;
   Heat held(const Pair& pair) const;
 
   double interval_;
   bool every_step_;
   Lifetimes lifetimes_;
-  Totals taken_{};              // in since the release, and what was held then
-  std::vector<double> grains_;  // the same by id
+  Sums taken_, begun_;  // in since the release; held then
   double force_error_ = 0.0;
 };
 

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from cases.programs import ROOT
+from cases.programs import ROOT, call, program
 from compare.mapping.runs import open_run
 from compare.metrics import all_metrics
 from compare.study import distance, frontier, signature
@@ -43,3 +43,12 @@ def test_a_committed_reference_tells_a_cost_only_if_its_runs_did():
         told = all("cpu_seconds_engine" in one for one in kept["members"])
         assert math.isfinite(frontier.grain_cost(kept)) == told
         assert ("not known" in frontier.times_cheaper(0.1, kept)) == (not told)
+
+
+def test_parts_of_the_continuums_processor_time_add_up(tmp_path):
+    """What lies between the parts is the loop, and the end of a run of a few tenths of a second."""
+    words = ["--set", "time.maximum=2", "--quiet", "-o", tmp_path / "mpm.h5"]
+    assert call([program("mpm_run"), ROOT / "cases" / "column_ci", *words]).returncode == 0
+    told = open_run(tmp_path / "mpm.h5").attributes
+    parts = [told[f"cpu_seconds_{part}"] for part in ("engine", "output", "setup")]
+    assert min(parts) > 0.0 and 0.9 * told["cpu_seconds"] < sum(parts) <= told["cpu_seconds"]
