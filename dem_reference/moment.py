@@ -7,7 +7,7 @@ What is rebuilt and what counts for what is told there (moment.hpp, accounts.hpp
 import ctypes
 from ctypes import POINTER, Structure, byref, c_bool, c_double, c_int64, c_void_p
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -123,7 +123,7 @@ def library() -> ctypes.CDLL:
             f"{path}: no such library ({why}) any ./grainpair run builds it"
         ) from None
     handle, real, yes = c_void_p, c_double, c_bool
-    for name, result, *arguments in (
+    functions: list[tuple[Any, ...]] = [
         ("moment_new", handle, POINTER(Scene)),
         ("moment_delete", None, handle),
         (
@@ -139,7 +139,8 @@ def library() -> ctypes.CDLL:
         ("accounts_by_grain", None, handle, handle, handle),
         ("accounts_finish", None, handle),
         ("accounts_classes", None, handle, POINTER(_Classes)),
-    ):
+    ]
+    for name, result, *arguments in functions:
         function = getattr(out, name)
         function.restype, function.argtypes = result, arguments
     return out
@@ -150,7 +151,7 @@ def array(address: int | None, dtype: np.dtype | type, *shape: int) -> np.ndarra
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
     if not size:
         return np.empty(shape, dtype)
-    memory = (ctypes.c_char * size).from_address(address)
+    memory: Any = (ctypes.c_char * size).from_address(address or 0)
     return np.frombuffer(memory, dtype).reshape(shape)
 
 
@@ -245,7 +246,7 @@ class Lifetimes(NamedTuple):
     edges: np.ndarray
     multiples: np.ndarray  # of the threshold: those whose split is kept over time
     heat: np.ndarray  # normal, tangential (n + 1, 2) [J]
-    count: np.ndarray  # contacts
+    contacts: np.ndarray  # how many
 
 
 class Accounts:

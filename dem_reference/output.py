@@ -171,7 +171,7 @@ class Result:
                 "J",
                 "by class, over the whole run",
             ),
-            "contacts": (lifetimes.count, "-", "contacts of each class"),
+            "contacts": (lifetimes.contacts, "-", "contacts of each class"),
             "multiples": (
                 lifetimes.multiples,
                 "-",

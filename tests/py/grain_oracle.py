@@ -146,7 +146,7 @@ class Accounts:
         self.age = {one["key"]: np.inf for one in start.pairs}
         self.account = {one["key"]: self.held(one) for one in start.pairs}
         self.ended = np.zeros(len(thresholds))
-        self.classes = []  # age and heat of ended contacts
+        self.classes: list[tuple[float, float]] = []  # age and heat of ended contacts
 
     def held(self, one) -> np.ndarray:
         return one["elastic"] if self.every_step else np.zeros(2)

@@ -84,8 +84,8 @@ def test_accounts_are_those_of_plain_python(every_step):
     found = ours.lifetimes()
     ages, heat = np.array(plain.classes).T
     edges = np.searchsorted(found.edges, ages)
-    assert found.count == pytest.approx(np.bincount(edges, minlength=len(found.count)))
-    classes = np.bincount(edges, heat, len(found.count))
+    assert found.contacts == pytest.approx(np.bincount(edges, minlength=len(found.contacts)))
+    classes = np.bincount(edges, heat, len(found.contacts))
     assert found.heat.sum(axis=1) == pytest.approx(
         classes, rel=1e-9, abs=1e-12 * np.abs(heat).sum()
     )
