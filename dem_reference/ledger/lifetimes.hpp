@@ -54,8 +54,8 @@ class Lifetimes {
     bool goes_on = false;  // whether the next sample has seen it
   };
   /// The contacts of one sample, in the order seen, and their places by key: a hash table without
-  /// buckets, in which a search goes on to the next slot. Faster than the standard one, whose
-  /// entries lie apart: a third of the time of a sample.
+  /// buckets, in which a search goes on to the next slot. With the standard one, whose
+  /// entries lie apart, a sample's booking took 1.7 times as long.
   class Sample {
    public:
     Contact* find(std::uint64_t key);
