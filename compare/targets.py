@@ -43,7 +43,7 @@ def targets(words: list[str]) -> list[str]:
 def sources(root: Path = ROOT) -> str:
     """Digest of all that CMake and the compiler read of this clone."""
     files = [root / name for name in ("CMakeLists.txt", "CMakePresets.json", "cases/rates.toml")]
-    for folder in ("cases", "mpm", "compare/mapping", "tests"):
+    for folder in ("cases", "mpm", "dem_reference/ledger", "compare/mapping", "tests"):
         files += [file for file in (root / folder).rglob("*") if file.suffix in COMPILED]
         files += (root / folder).glob("*schema.toml")
     return of_files(sorted(file for file in files if file.is_file()), root)

@@ -98,7 +98,11 @@ def draw(series: dict[str, pd.DataFrame]):
                     ha="center",
                 )
             axes.axhline(0, lw=0.8, color="0.5", zorder=0)
-            axes.set(xscale="log", title=title, xlabel="processor time of packing and collapse [s]")
+            axes.set(
+                xscale="log",
+                title=title,
+                xlabel="processor time of packing, collapse and audit [s]",
+            )
             axes.set_xticks(
                 table["cpu_seconds"],
                 [f"{x:.2g}" if x < 100 else f"{x:.0f}" for x in table["cpu_seconds"]],

@@ -1,23 +1,14 @@
 """The energy balance of a run: what grains hold, what contacts dissipated, what is unaccounted.
 
-Held energies are exact at any moment. Dissipation is sampled: the powers of all contacts, every few
-steps, count for the interval that ends there. Sampled at every step, the work done on each contact
-less the elastic energy it holds is taken instead, which is the dissipation exactly. The residual
+Held energies are exact at any moment, dissipation is sampled (ledger/accounts.hpp). The residual
 between the energy lost and the dissipation is reported, never folded into either.
-
-Each contact's dissipation also counts half for either of its grains; where one of the two is glued,
-or a wall, all of it for the moving one. So it has a place, and its sum over the moving grains is
-that of the contacts.
 """
 
 from collections import defaultdict
 
 import numpy as np
 
-from .contacts import Snapshot
-from .fluctuation import fluctuation_energy
-from .lifetimes import Lifetimes
-from .scene import TYPES
+from .moment import Accounts, Moment, fluctuation_energy
 
 DOCS = {
     "time": ("s", "since the release"),
@@ -50,98 +41,50 @@ DOCS = {
 class Audit:
     """Collects rows of the energy history: `add` at every sample and `row` where one is due."""
 
-    def __init__(self, interval: float, every_step: bool, lifetimes: Lifetimes, start: Snapshot):
-        """interval: between samples [s], one time step if `every_step`; start: at the release."""
-        self.interval, self.every_step, self.lifetimes = interval, every_step, lifetimes
+    def __init__(
+        self,
+        interval: float,
+        every_step: bool,
+        unit: float,
+        threshold: float,
+        start: Moment,
+        radial: bool,
+    ):
+        """interval: between samples [s], one time step if `every_step`; unit: binary contact time
+        [s]; threshold: of an enduring contact, in units; start: at the release; radial: whether
+        means depend on the distance from the y axis, not on x.
+        """
+        self.interval, self.unit, self.radial = interval, unit, radial
+        self.accounts = Accounts(start, interval, every_step, unit, threshold)
         self.rows: dict[str, list[float]] = defaultdict(list)
         self.enduring: list[np.ndarray] = []
-        self.intake = np.zeros(4)  # normal, tangential, base (of these two), wall [J]
-        self.grain_intake = np.zeros(start.atoms["id"].max() + 1)  # by id [J]
         self.force_error = 0.0
-        self.initial = self.held(start)
-        pairs, wall = self.contact_held(start)
-        self.initially_held = self.totals(start, pairs, wall)
-        self.grains_held = self.by_grain(start, pairs, wall)
-        self.lifetimes.begin(*self.ids(start), pairs)
+        self.initial, self.dt = start.held.total, start.dt
         self.row(start, 0.0)
 
-    @staticmethod
-    def ids(shot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
-        return shot.rows[:, 0].astype(np.int64), shot.rows[:, 1].astype(np.int64)
-
-    @staticmethod
-    def totals(shot: Snapshot, pairs: np.ndarray, wall: np.ndarray) -> np.ndarray:
-        """Normal, tangential, base and wall sum of values per contact: pairs (n, 2), wall (m,)."""
-        glued = shot.atoms["type"] == TYPES["glued"]
-        return np.array(
-            [*pairs.sum(axis=0), pairs[glued[shot.i] | glued[shot.j]].sum(), wall.sum()]
-        )
-
-    def by_grain(self, shot: Snapshot, pairs: np.ndarray, wall: np.ndarray) -> np.ndarray:
-        """Values per contact, pairs (n, 2) and wall (m,), shared among grains (last id + 1,)."""
-        value, ids = pairs.sum(axis=1), shot.atoms["id"]
-        moves = shot.mobile[shot.i].astype(float), shot.mobile[shot.j].astype(float)
-        both = np.maximum(moves[0] + moves[1], 1.0)  # two glued grains: of no consequence
-        out = np.bincount(ids[shot.wall.grain], wall, self.grain_intake.size)
-        for grain, share in zip((shot.i, shot.j), moves):
-            out += np.bincount(ids[grain], value * share / both, out.size)
-        return out
-
-    def contact_held(self, shot: Snapshot) -> tuple[np.ndarray, np.ndarray]:
-        """Elastic energy to be taken off the intake: of pairs (n, 2), of walls (m,) [J]."""
-        if self.every_step:
-            return shot.elastic_parts, shot.wall.elastic
-        return np.zeros((shot.i.size, 2)), np.zeros(shot.wall.grain.size)
-
-    def add(self, shot: Snapshot) -> None:
-        """One sample."""
-        pairs, wall = (
-            (shot.work_rate_parts, shot.wall.work_rate)
-            if self.every_step
-            else (shot.power_parts, shot.wall.power)
-        )
-        self.intake += self.totals(shot, pairs, wall) * self.interval
-        self.grain_intake += self.by_grain(shot, pairs, wall) * self.interval
-        self.lifetimes.add(*self.ids(shot), pairs * self.interval, self.contact_held(shot)[0])
-        self.force_error = max(self.force_error, shot.force_error)
-
-    def dissipated(self, shot: Snapshot) -> np.ndarray:
-        """Dissipated since the release by the contacts of each grain, in the order of shot.atoms
-        (n,) [J].
-        """
-        by_id = self.grain_intake - self.by_grain(shot, *self.contact_held(shot)) + self.grains_held
-        return by_id[shot.atoms["id"]]
-
-    @staticmethod
-    def held(shot: Snapshot) -> float:
-        return shot.kinetic + shot.rotational + shot.potential + shot.elastic
-
-    def row(self, shot: Snapshot, time: float) -> None:
+    def row(self, moment: Moment, time: float) -> None:
         """One line of the history."""
-        enduring = self.lifetimes.enduring()
-        normal, tangential, base, wall = (
-            self.intake - self.totals(shot, *self.contact_held(shot)) + self.initially_held
-        )
-        dissipated = normal + tangential + wall
+        gone, enduring, self.force_error = self.accounts.row(moment)
+        held, pairs = moment.held, gone.normal + gone.tangential
         values = {
             "time": time,
-            "kinetic": shot.kinetic,
-            "rotational": shot.rotational,
-            "potential": shot.potential,
-            "elastic": shot.elastic,
-            "elastic_normal": shot.elastic_normal.sum(),
-            "elastic_tangential": shot.elastic_tangential.sum(),
-            "elastic_wall": shot.wall.elastic.sum(),
-            "fluctuation": fluctuation_energy(shot),
-            "dissipated_normal": normal,
-            "dissipated_tangential": tangential,
-            "dissipated_base": base,
-            "dissipated_wall": wall,
-            "dissipated_short": normal + tangential - enduring[1],
+            "kinetic": held.kinetic,
+            "rotational": held.rotational,
+            "potential": held.potential,
+            "elastic": held.elastic,
+            "elastic_normal": held.normal,
+            "elastic_tangential": held.tangential,
+            "elastic_wall": held.wall,
+            "fluctuation": fluctuation_energy(moment.atoms, moment.grains, self.radial),
+            "dissipated_normal": gone.normal,
+            "dissipated_tangential": gone.tangential,
+            "dissipated_base": gone.base,
+            "dissipated_wall": gone.wall,
+            "dissipated_short": pairs - enduring[1],
             "dissipated_enduring": enduring[1],
-            "dissipated": dissipated,
-            "unaccounted": self.initial - self.held(shot) - dissipated,
-            "time_step": shot.dt,
+            "dissipated": pairs + gone.wall,
+            "unaccounted": self.initial - held.total - (pairs + gone.wall),
+            "time_step": self.dt,
         }
         for name, value in values.items():
             self.rows[name].append(float(value))

@@ -15,9 +15,10 @@ from .audit import Audit, without_split
 from .contacts import Snapshot
 from .engine import Liggghts
 from .grains import Grains, time_step
-from .lifetimes import Lifetimes
+from .moment import Moment, planes_of
 from .output import Result
 from .packing import RESTART
+from .spent import Spent
 
 
 @dataclass(frozen=True)
@@ -83,24 +84,36 @@ class Column:
         self.engine.commands(release(case, self.grains, self.plan, packing, log.parent))
         self.count, self.walls = self.engine.count(), scene.planes(case, self.grains)
         self.thickness = geometry["thickness"] if walls["front_back"] == "periodic" else None
-        self.largest_id = int(self.engine.atoms()["id"].max())
+        self.moment = Moment(self.grains, self.plan.dt, geometry["gravity"], self.thickness)
         self.lifted = walls["gate"] == "lifted"
         beyond = geometry["height"] + self.grains.diameter
         self.gate_gone = beyond / walls["gate_speed"] if self.lifted else 0.0  # [s]
 
-    def look(self, now: float) -> Snapshot:
-        """All grains and contacts, `now` [s] after the release."""
+    def standing(self, now: float) -> list[scene.Plane]:
+        """The walls that stand."""
         gate = [scene.rising_gate(self.case, now)] if now < self.gate_gone else []
+        return self.walls + gate
+
+    def look(self, now: float) -> Moment:
+        """All grains and contacts, `now` [s] after the release; valid until the engine goes on."""
+        rows, count = self.engine.held_contacts()
+        self.moment.look(self.engine.held(), rows, count, planes_of(self.standing(now)))
+        return self.moment
+
+    def snapshot(self, now: float) -> Snapshot:
+        """The same as a copy."""
+        gravity = self.case["geometry"]["gravity"]
+        atoms, rows = self.engine.atoms(), self.engine.contacts()
         return Snapshot(
-            self.grains,
-            self.engine.atoms(),
-            self.engine.contacts(self.largest_id),
-            self.plan.dt,
-            self.case["geometry"]["gravity"],
-            self.thickness,
-            self.walls + gate,
-            scene.axisymmetric(self.case),
+            self.grains, atoms, rows, self.plan.dt, gravity, self.thickness, self.standing(now)
         )
+
+    def kinetic_on_floor(self) -> float:
+        """Translational kinetic energy of the moving grains that are still on the floor [J]."""
+        mobile = self.engine.integers("type") == scene.TYPES["grain"]
+        mobile &= ~beyond_floor(self.engine.vectors("x"), self.case)
+        v = self.engine.vectors("v")[mobile]
+        return self.grains.mass / 2 * float((v * v).sum())
 
     def drop_gate(self, now: float) -> None:
         """Removes a gate that has been lifted beyond the column."""
@@ -124,62 +137,80 @@ def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dic
     peak) or at time.maximum. Grains that have rolled off the floor's end never stop, and the
     deposit does not wait for them.
     """
-    began = time.monotonic(), time.process_time()
+    began, spent = time.monotonic(), Spent()
     column = Column(case, packing, log)
     plan, sampled = column.plan, case["dem"]["audit_interval"] > 0
-    lifetimes = Lifetimes(
-        plan.sample * plan.dt,
-        column.grains.binary_contact_time(case["geometry"]["gravity"]),
-        case["dem"]["lifetime_threshold"],
-    )
-    shot = column.look(0.0)
-    audit = Audit(plan.sample * plan.dt, plan.sample == 1, lifetimes, shot)
-    result = Result(target, attributes)
-
-    def frame():
-        gone = audit.dissipated(shot) if sampled else None
-        result.frame(step, step * plan.dt, shot, case["output"]["contacts"], gone)
-
+    spent.began()
+    with spent.on("audit"):
+        audit = audit_of(case, column)
     step, peak, reason = 0, 0.0, "maximum"
-    frame()
+
+    def frame() -> Snapshot:
+        now = step * plan.dt
+        with spent.on("output"):
+            shot = column.snapshot(now)
+            gone = audit.accounts.by_grain(column.moment) if sampled else None
+            result.frame(step, now, shot, case["output"]["contacts"], gone)
+        return shot
+
+    with spent.on("output"):
+        result = Result(target, attributes)
+    shot = frame()
     while step < plan.last and reason != "rest":
-        column.engine.advance(plan.sample)
+        with spent.on("engine"):
+            column.engine.advance(plan.sample)
         step += plan.sample
         now = step * plan.dt
-        shot = column.look(now)
-        if sampled:
-            audit.add(shot)
-        column.drop_gate(now)
+        with spent.on("audit"):
+            moment = column.look(now)
+            if sampled:
+                audit.accounts.add(moment)
+            if step % plan.row == 0:
+                column.refuse_losses(now)
+                audit.row(moment, now)
+                peak = max(peak, moment.held.kinetic)
+                quiet = case["time"]["rest_kinetic_energy"] * peak
+                if now > plan.scale and column.kinetic_on_floor() < quiet:
+                    reason = "rest"
         if step % plan.row == 0:
-            column.refuse_losses(now)
-            audit.row(shot, now)
-            peak = max(peak, shot.kinetic)
             report(step / plan.last, f"collapse t = {now / plan.scale:.2f} sqrt(H/g)")
-            quiet = case["time"]["rest_kinetic_energy"] * peak
-            if now > plan.scale and kinetic_on_floor(shot, case) < quiet:
-                reason = "rest"
         if step % plan.frame == 0 or reason == "rest" or step >= plan.last:
-            frame()
-    lifetimes.finish()
-    if sampled:
-        result.history(audit.rows)
-        result.lifetimes(audit)
-    else:
+            shot = frame()
+        with spent.on("engine"):
+            column.drop_gate(now)
+    with spent.on("output"):
+        write_history(result, audit, sampled)
+        finish(result, packing, case, shot, plan, reason, step, audit.force_error)
+    cpu, wall = time.process_time(), time.monotonic() - began
+    close(result, cpu, wall, spent.attributes())
+
+
+def audit_of(case: dict, column: Column) -> Audit:
+    """The accounts of a collapse, at its release."""
+    plan, gravity = column.plan, case["geometry"]["gravity"]
+    return Audit(
+        plan.sample * plan.dt,
+        plan.sample == 1,
+        column.grains.binary_contact_time(gravity),
+        case["dem"]["lifetime_threshold"],
+        column.look(0.0),
+        scene.axisymmetric(case),
+    )
+
+
+def write_history(result: Result, audit: Audit, sampled: bool) -> None:
+    if not sampled:
         result.history(without_split(audit.rows))
-    cpu, wall = time.process_time() - began[1], time.monotonic() - began[0]
-    finish(result, packing, case, shot, plan, reason, step, audit.force_error, cpu, wall)
+        return
+    audit.accounts.finish()
+    result.history(audit.rows)
+    result.lifetimes(audit)
 
 
-def beyond_floor(shot: Snapshot, case: dict) -> np.ndarray:
-    """Which of the moving grains have left the floor at its end (n,)."""
-    x, _, z = shot.atoms["x"][shot.mobile].T
-    return (np.hypot(x, z) if scene.axisymmetric(case) else x) > case["geometry"]["floor_length"]
-
-
-def kinetic_on_floor(shot: Snapshot, case: dict) -> float:
-    """Translational kinetic energy of the moving grains that are still on the floor [J]."""
-    v = shot.atoms["v"][shot.mobile][~beyond_floor(shot, case)]
-    return shot.grains.mass / 2 * float((v * v).sum())
+def beyond_floor(x: np.ndarray, case: dict) -> np.ndarray:
+    """Which of the grains at x, (n, 3) [m], have left the floor at its end (n,)."""
+    reach = np.hypot(x[:, 0], x[:, 2]) if scene.axisymmetric(case) else x[:, 0]
+    return reach > case["geometry"]["floor_length"]
 
 
 def finish(
@@ -191,22 +222,29 @@ def finish(
     reason: str,
     step: int,
     force_error: float,
-    cpu: float,
-    wall: float,
 ) -> None:
-    """Closes a result with its packing and what is known only at the end."""
+    """Puts into a result its packing and what is known only at the end."""
     result.packing(packing / "packing.h5")
-    packing_cpu = float(result.file["packing"].attrs["cpu_seconds"])
-    beyond = beyond_floor(shot, case)
+    beyond = beyond_floor(shot.atoms["x"][shot.mobile], case)
     result.file.attrs.update(
         end_reason=reason,
         steps=step,
         time_scale=plan.scale,
-        cpu_seconds=cpu + packing_cpu,
-        cpu_seconds_collapse=cpu,
-        cpu_seconds_packing=packing_cpu,
-        wall_seconds=wall,
         force_error=force_error,
         grains_beyond_floor=int(beyond.sum()),
+    )
+
+
+def close(result: Result, cpu: float, wall: float, parts: dict[str, float]) -> None:
+    """Closes a result with what it took, in seconds of processor time and of the clock; `parts` of
+    the processor time are empty where nobody knows them.
+    """
+    packing = float(result.file["packing"].attrs["cpu_seconds"])
+    result.file.attrs.update(
+        cpu_seconds=cpu + packing,
+        cpu_seconds_collapse=cpu,
+        cpu_seconds_packing=packing,
+        wall_seconds=wall,
+        **parts,
     )
     result.file.close()

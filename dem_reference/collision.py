@@ -68,7 +68,7 @@ def collide(case: dict, grains: Grains, dt: float, log: Path, report: Report) ->
     for _ in range(int(longest / dt) + 1):
         engine.advance(1)
         atoms = engine.atoms()
-        shot = Snapshot(grains, atoms, engine.contacts(2 * pairs), dt, 0.0, None, [])
+        shot = Snapshot(grains, atoms, engine.contacts(), dt, 0.0, None, [])
         pair = (atoms["id"][shot.i] - 1) % pairs
         np.add.at(work, pair, shot.work_rate_parts.sum(axis=1) * dt)
         np.add.at(power, pair, shot.power_parts.sum(axis=1) * dt)

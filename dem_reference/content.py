@@ -1,16 +1,20 @@
 """What decides the grains: of the case, of the sources, of the engine; and the keys of what is kept
 of them.
+
+    python3 -m dem_reference.content FILE    # digest of the library's sources; the build calls it
 """
 
+import sys
 from functools import cache
 from pathlib import Path
 
 from cases import content
 from cases.case import Case, parse
 from cases.errors import EngineError
-from cases.programs import ROOT, call, kept, name_of
+from cases.files import write_atomically
+from cases.programs import ROOT, call, kept, name_of, program
 
-SCRIPTS = "dem_reference/scripts"
+SCRIPTS, LEDGER = "dem_reference/scripts", "dem_reference/ledger"
 RELEASE = ("walls.gate", "walls.gate_speed")  # of walls and dem, what a packing does not feel
 AUDIT = ("dem.audit_interval", "dem.lifetime_threshold")
 
@@ -60,9 +64,22 @@ def engine() -> str:
 
 
 def sources(*entries: str, root: Path = ROOT) -> str:
-    """Digest of the modules `entries` with all they import, and of the templates."""
+    """Digest of the modules `entries` with all they import, of the templates, and of the library
+    that makes the accounts.
+    """
     scripts = sorted((root / SCRIPTS).glob("*.in"))
-    return content.of_files([*sorted(content.imported(*entries, root=root)), *scripts], root)
+    files = [*sorted(content.imported(*entries, root=root)), *scripts]
+    return content.digest([content.of_files(files, root), ledger(root)])
+
+
+def ledger(root: Path = ROOT) -> str:
+    """Digest of the sources of grain_ledger: those it was built from, which the build records
+    beside it, else those there are. So a library that is older than a source fills its own place.
+    """
+    record = program("grain_ledger.so.sources")
+    if root == ROOT and record.exists():
+        return record.read_text().strip()
+    return content.of_files(sorted((root / LEDGER).glob("*.[ch]pp")), root)
 
 
 def packing_key(case: Case | dict, seed: int, root: Path = ROOT) -> str:
@@ -88,3 +105,8 @@ def ensemble_key(case: Case | dict, ranks: int = 1, root: Path = ROOT) -> str:
 def ensemble_folder(case: Case, ranks: int = 1) -> Path:
     """Where the runs of a case are kept, as <seed>.h5."""
     return kept("ensembles", name_of(case.path), ensemble_key(case, ranks))
+
+
+if __name__ == "__main__":
+    made = content.of_files(sorted((ROOT / LEDGER).glob("*.[ch]pp")))
+    write_atomically(Path(sys.argv[1]), made + "\n")

@@ -12,6 +12,9 @@ import numpy as np
 
 from cases.errors import EngineError
 
+from .moment import ARRAYS, VECTORS, Atoms, array
+from .moment import library as ledger
+
 LIBRARY = "libliggghts.so.3"
 CONTACT_COLUMNS = 7  # of `compute pairs`, see scripts/bodies.in
 
@@ -81,12 +84,8 @@ class Liggghts:
 
         x, v, f, omega, torque: (n, 3) [m, m/s, N, 1/s, N m]; id, type: (n,) integers.
         """
-        out = {name: self.vectors(name).copy() for name in ("x", "v", "f", "omega", "torque")}
-        n = self.count()
-        for name in ("id", "type"):
-            pointer = self.library.lammps_extract_atom(self._instance, name.encode())
-            out[name] = np.ctypeslib.as_array((ctypes.c_int * n).from_address(pointer)).copy()
-        return out
+        out = {name: self.vectors(name).copy() for name in VECTORS}
+        return out | {name: self.integers(name).copy() for name in ("id", "type")}
 
     def vectors(self, name: str) -> np.ndarray:
         """The engine's own x, v, f, omega or torque of every grain, (n, 3), to read or to set.
@@ -95,6 +94,11 @@ class Liggghts:
         """
         address = self.library.lammps_extract_atom(self._instance, name.encode())
         return _table(address, self.count(), 3)
+
+    def integers(self, name: str) -> np.ndarray:
+        """Its own id or type of every grain (n,): a view, as `vectors`."""
+        address = self.library.lammps_extract_atom(self._instance, name.encode())
+        return array(address, np.int32, self.count())
 
     def scalar(self, compute: str) -> float:
         """Value of a global compute at this instant."""
@@ -110,29 +114,40 @@ class Liggghts:
         """A coordinate of the simulation box, such as boxxhi [m]."""
         return self.library.lammps_extract_global(self._instance, name.encode())[0]
 
-    def contacts(self, largest_id: int) -> np.ndarray:
-        """Every grain-grain contact, (n, 7): first and second id, periodic flag, spring s (3) and
-        overlap.
+    def held(self) -> Atoms:
+        """Where the engine holds its grains; valid until the next command."""
+        pointers = {
+            name: self.library.lammps_extract_atom(self._instance, name.encode()) for name in ARRAYS
+        }
+        rows = {name: _first_row(pointers[name]) for name in VECTORS}
+        n = self.count()
+        return Atoms(n, n, *(pointers | rows).values())
 
-        The library does not tell n. Ids are positive integers, so their running sum meets the
-        engine's own sum at row n and nowhere else; reading ceil(rest / largest id) rows at a time
-        never reads beyond it.
+    def held_contacts(self) -> tuple[int | None, int]:
+        """Where the engine holds its grain-grain contacts, and how many: rows as of `contacts`,
+        valid until the next command. The library does not tell their number, but the sum of the
+        first ids.
         """
         total = self.scalar("id_sum")
-        rows = np.empty((0, CONTACT_COLUMNS))
         if total == 0:
-            return rows
+            return None, 0
         address = self.library.lammps_extract_compute(self._instance, b"pairs", 2, 2)
-        n, found = 0, 0.0
-        while found < total:
-            more = int(-(-(total - found) // largest_id))
-            rows = _table(address, n + more, CONTACT_COLUMNS)
-            found += rows[n:, 0].sum()
-            n += more
-        return rows.copy()
+        first = _first_row(address)
+        return first, ledger().contact_count(first, total)
+
+    def contacts(self) -> np.ndarray:
+        """Every grain-grain contact, (n, 7): first and second id, periodic flag, spring s (3) and
+        overlap.
+        """
+        address, count = self.held_contacts()
+        return array(address, np.float64, count, CONTACT_COLUMNS).copy()
+
+
+def _first_row(address: int) -> int:
+    """Where the rows of a double** of the engine's begin; they lie one behind the other."""
+    return ctypes.c_void_p.from_address(address).value or 0
 
 
 def _table(address: int, rows: int, columns: int) -> np.ndarray:
-    """The engine's double**, whose rows lie one behind the other, as an array on its memory."""
-    first_row = ctypes.cast(address, ctypes.POINTER(ctypes.POINTER(ctypes.c_double)))[0]
-    return np.ctypeslib.as_array(first_row, shape=(rows, columns))
+    """The engine's double** as an array on its memory."""
+    return array(_first_row(address), np.float64, rows, columns)

@@ -19,7 +19,6 @@ from cases.provenance import commit
 
 from .audit import DOCS, Audit
 from .contacts import Snapshot
-from .lifetimes import EDGES, MULTIPLES
 from .scene import TYPES
 
 # Powers of length, mass, time, current, temperature, amount, light, as openPMD wants them.
@@ -112,7 +111,7 @@ class Result:
             ),
             "force": (np.concatenate([shot.force, wall.force]), "N", np.float32),
             "dissipation": (
-                np.concatenate([shot.power_normal + shot.power_tangential, wall.power]),
+                np.concatenate([shot.power_parts.sum(axis=1), wall.power]),
                 "W",
                 np.float32,
             ),
@@ -147,34 +146,34 @@ class Result:
 
     def lifetimes(self, audit: Audit) -> None:
         """The split of the dissipation by contact lifetime."""
-        lifetimes = audit.lifetimes
+        lifetimes = audit.accounts.lifetimes()
         group = self.file.create_group("lifetime")
         group.attrs.update(
-            unit_time=lifetimes.unit,
-            interval=lifetimes.interval,
+            unit_time=audit.unit,
+            interval=audit.interval,
             doc="lifetimes in binary contact times (unit_time [s]), resolved to the sampling "
             "interval [s]",
         )
         columns = {
             "edges": (
-                EDGES,
+                lifetimes.edges,
                 "-",
                 "faces of the lifetime classes; the first is below the first face, the last above "
                 "the last",
             ),
             "dissipated_normal": (
-                lifetimes.heat_by_lifetime[:, 0],
+                lifetimes.heat[:, 0],
                 "J",
                 "by class, over the whole run",
             ),
             "dissipated_tangential": (
-                lifetimes.heat_by_lifetime[:, 1],
+                lifetimes.heat[:, 1],
                 "J",
                 "by class, over the whole run",
             ),
-            "contacts": (lifetimes.count_by_lifetime, "-", "contacts of each class"),
+            "contacts": (lifetimes.contacts, "-", "contacts of each class"),
             "multiples": (
-                MULTIPLES,
+                lifetimes.multiples,
                 "-",
                 "multiples of dem.lifetime_threshold used as threshold below",
             ),

@@ -90,7 +90,7 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
     shot = Snapshot(
         attempt.grains,
         atoms,
-        engine.contacts(atoms["id"].max()),
+        engine.contacts(),
         attempt.dt,
         case["geometry"]["gravity"],
         case["geometry"]["thickness"] if case["walls"]["front_back"] == "periodic" else None,

@@ -22,10 +22,10 @@ from cases.programs import unstarted
 
 from . import scene
 from .audit import without_split
-from .collapse import Plan, finish, release
+from .collapse import Plan, close, finish, release
 from .contacts import Snapshot
-from .fluctuation import fluctuation_energy
 from .grains import Grains
+from .moment import fluctuation_energy
 from .output import Result
 from .process import Report, last_error, refuse_full_disk, stopped
 
@@ -96,11 +96,11 @@ def collapse_by_script(
             case["geometry"]["gravity"],
             thickness,
             walls,
-            scene.axisymmetric(case),
         )
         result.frame(step, step * plan.dt, shot, case["output"]["contacts"])
-        elastic.append(shot.elastic)
-        fluctuation.append(fluctuation_energy(shot))
+        elastic.append(shot.held.elastic)
+        radial = scene.axisymmetric(case)
+        fluctuation.append(fluctuation_energy(shot.moment.atoms, grains, radial))
     rows = {
         name: history[:, k] for k, name in ((3, "kinetic"), (4, "rotational"), (5, "potential"))
     }
@@ -110,8 +110,9 @@ def collapse_by_script(
     rows["time_step"] = np.full(len(history), plan.dt)
     result.history(without_split(rows))
     reason = "rest" if steps[-1] < plan.last else "maximum"
+    finish(result, packing, case, shot, plan, reason, steps[-1], 0.0)
     cpu, wall = sum(os.times()[2:4]) - began[1], time.monotonic() - began[0]
-    finish(result, packing, case, shot, plan, reason, steps[-1], 0.0, cpu, wall)
+    close(result, cpu, wall, {})  # the program does not tell its steps from its start and dumps
 
 
 def run_script(log: Path, ranks: int, plan: Plan, report: Report) -> None:

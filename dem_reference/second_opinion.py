@@ -12,6 +12,7 @@ overlap: trajectories differ, statistics should not.
 
 import sys
 import tempfile
+from math import sqrt
 from pathlib import Path
 
 import numpy as np
@@ -40,10 +41,38 @@ COMPARED = (
     "rotational_peak",
     "kinetic_energy_end",
 )
+LAWS = ("the same law", "gran/hertz/history")
 SETTLING = 0.5  # time with the gate closed [sqrt(H/g)]
 
 
-def input_files(path: Path, folder: Path) -> tuple[str, dict]:
+def contact_law(grains: Grains, gravity: float, name: str) -> dict[str, str]:
+    """Words of LAMMPS for one of LAWS, between grains and at frictionless walls.
+
+    The damping of gran/hertz/history goes with the contact's radius, not with its root: it is equal
+    at the deepest of a collision at sqrt(g d), delta = (15 m* v^2 / (16 Y* sqrt(R*)))^(2/5).
+    """
+    if name == LAWS[0]:
+        restitution = lammps.restitution_to_enter(grains.restitution)
+        head = f"hertz/material {grains.young_modulus:.17g} {restitution:.12g}"
+        head += f" {grains.poisson_ratio} tangential mindlin NULL 1.0"
+        tail = "damping tsuji"
+        return {
+            "pair": "granular",
+            "coefficients": f"{head} {grains.friction} {tail}",
+            "wall": f"granular {head} 0.0 {tail}",
+        }
+    r, m, y = grains.radius / 2, grains.mass / 2, grains.contact_modulus
+    deep = (15 * m * gravity * grains.diameter / (16 * y * sqrt(r))) ** 0.4
+    gamma = grains.damping_factor * sqrt(2 * y / (sqrt(r * deep) * m))
+    head = f"{4 / 3 * y:.17g} {8 * grains.contact_shear_modulus:.17g} {gamma:.17g} {gamma:.17g}"
+    return {
+        "pair": f"gran/hertz/history {head} {grains.friction} 1",
+        "coefficients": "",
+        "wall": f"hertz/history {head} 0.0 1",
+    }
+
+
+def input_files(path: Path, folder: Path, law: str = LAWS[0]) -> tuple[str, dict]:
     """The LAMMPS input for a dem.h5; writes the grains to `folder`. Also the case."""
     with opened(path) as file:
         case = parse(file.attrs["case_resolved"]).values
@@ -80,10 +109,7 @@ def input_files(path: Path, folder: Path) -> tuple[str, dict]:
         "second_opinion",
         data="grains.data",
         skin=scene.CELL_SKIN * d,
-        young=grains.young_modulus,
-        restitution=f"{lammps.restitution_to_enter(grains.restitution):.12g}",
-        poisson=grains.poisson_ratio,
-        friction=grains.friction,
+        **contact_law(grains, geometry["gravity"], law),
         dt=f"{plan.dt:.17g}",
         gravity=geometry["gravity"],
         floor=scene.floor_height(case, grains),
@@ -96,12 +122,18 @@ def input_files(path: Path, folder: Path) -> tuple[str, dict]:
     return text, case
 
 
+def run(path: Path, folder: Path, law: str = LAWS[0]) -> dict:
+    """Runs LAMMPS in `folder` on the grains of a dem.h5; returns the case."""
+    text, case = input_files(path, folder, law)
+    lammps.run(text, folder)
+    return case
+
+
 def collapse(path: Path) -> dict[str, float]:
     """COMPARED scalars of the LAMMPS run that answers to a dem.h5, defined as in summary.py."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        text, case = input_files(path, folder)
-        lammps.run(text, folder)
+        case = run(path, folder)
         history = thermo(folder / "log.lammps")
         x, y = np.loadtxt(folder / "final.txt", skiprows=9)[:, 1:3].T
     plan, geometry, d = Plan.of(case), case["geometry"], Grains.of(case).diameter

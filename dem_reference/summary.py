@@ -34,6 +34,7 @@ SCALARS = {
     "end_time": "sqrt(H/g)",
     "kinetic_energy_end": "peak",
     "cpu_seconds": "s",
+    "cpu_seconds_engine": "s",
 }
 
 
@@ -73,6 +74,7 @@ def scalars(path: Path) -> dict[str, float]:
             "kinetic_energy_end": energy["kinetic"][-1] / energy["kinetic"][peak],
             "end_time": energy["time"][-1] / scale,
             "cpu_seconds": file.attrs["cpu_seconds"],
+            "cpu_seconds_engine": file.attrs.get("cpu_seconds_engine", np.nan),
             **{
                 name: file["packing"].attrs[name]
                 for name in ("void_ratio", "lateral_stress_ratio", "coordination", "grains")

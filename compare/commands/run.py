@@ -29,7 +29,7 @@ VERDICT = {
     "kinetic_energy_peak_time": "time of kinetic-energy peak",
     "dissipated_energy": "energy dissipated",
     "moving_without_stress": "moving without stress",
-    "cpu_seconds": "CPU time",
+    "cpu_seconds_engine": "CPU time of the engine",
 }
 
 

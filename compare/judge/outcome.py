@@ -15,6 +15,7 @@ from compare.mapping.runs import open_run
 from compare.metrics import all_metrics
 from compare.study import reference, sweep
 from compare.study.distance import cost, errors
+from compare.study.frontier import grain_cost
 from compare.study.recipe import Recipe
 from compare.study.signature import expand
 from compare.verdict.findings.base_rolls import rolling
@@ -53,7 +54,7 @@ def of_scene(trial: Trial, options) -> pd.DataFrame:
     told = [headlines(member, scene) for member in grains["members"]]
     mean = {name: float(np.mean([one[name] for one in told])) for name in HEADLINES}
     rolls = rolling(open_run(trial.files[0])) is not None
-    dear = float(np.mean([cost(member) for member in grains["members"]]))
+    dear = grain_cost(grains)
     table = judged.overall(trial).set_index("law")
     rows = []
     for law, point in zip(trial.laws, found):

@@ -141,6 +141,7 @@ def attributes(scene: Case) -> dict:
         "command": "",
         "threads": 1,
         "cpu_seconds": float("nan"),
+        "cpu_seconds_engine": float("nan"),
         "wall_seconds": float("nan"),
         "end_reason": "maximum",
         "time_scale": np.sqrt(scene["geometry.height"] / scene["geometry.gravity"]),

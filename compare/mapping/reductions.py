@@ -8,6 +8,13 @@ from scipy import ndimage
 from cases.case import parse
 from compare.mapping.runs import Cloud, Fields, Grid, Run
 
+EXAMPLE_COSTS = {
+    "cpu_seconds": 1.0,
+    "cpu_seconds_engine": 0.5,
+    "cpu_seconds_audit": 0.25,
+    "cpu_seconds_output": 0.125,
+    "cpu_seconds_setup": 0.0625,
+}
 DENSE = "fluctuation_dense"  # what a signature calls dense_fluctuation
 
 
@@ -251,6 +258,6 @@ def example_run(
         np.asarray(time, dtype=float),
         clouds,
         history,
-        {"cpu_seconds": 1.0},
+        dict(EXAMPLE_COSTS),
         mapped,
     )

@@ -208,8 +208,8 @@ class Run:
         """Translational kinetic energy of the mean motion, in units of the reference energy.
 
         The continuum's kinetic energy is that; its fluctuations are an account of their own. The
-        grains' holds both, so what is not coarse motion (dem_reference/fluctuation.py) is taken
-        off, where it was sampled.
+        grains' holds both, so what is not coarse motion (dem_reference/ledger/fluctuation.hpp) is
+        taken off, where it was sampled.
         """
         kinetic = self.normalised("kinetic")
         return kinetic - self.normalised("fluctuation") if self.engine == "dem" else kinetic
@@ -221,6 +221,11 @@ class Run:
 
 
 REGIME = "dissipated_regime_4"  # without it a budget would have a hole that looks like zero
+
+
+def seconds_of(run: Run, name: str) -> float:
+    """An attribute of a run's file in seconds; NaN where the file does not tell it."""
+    return float(run.attributes.get(name, np.nan))
 
 
 def open_run(path: str | Path) -> Run:

@@ -38,8 +38,8 @@ HEADLINES = {
     "unaccounted_energy": "Energy unaccounted for",
     "wasserstein_x": "Distance of the deposits along x",
     "moving_without_stress": "Moving without stress, continuum",
-    "cpu_seconds": "Processor time",
     "softening_error": "What softening may move",
+    "cpu_seconds_engine": "Processor time of the engine's own steps",
 }
 
 
@@ -105,6 +105,7 @@ def provenance(runs) -> list[dict]:
         "machine",
         "threads",
         "cpu_seconds",
+        "cpu_seconds_engine",
         "wall_seconds",
         "end_reason",
         "command",

@@ -21,8 +21,10 @@ WORDS = {
 
 
 def cost(signature: dict) -> float:
-    """Processor seconds per sqrt(H/g) simulated; the grains' packing is not in it."""
-    return signature["cpu_seconds"] / signature["tau"][-1]
+    """Processor seconds of the engine's own steps per sqrt(H/g) simulated; NaN of a signature that
+    was kept before result files told them from audit and output.
+    """
+    return signature.get("cpu_seconds_engine", np.nan) / signature["tau"][-1]
 
 
 def mean(signatures: list[dict], scene: Case) -> dict:

@@ -20,8 +20,9 @@ from compare.study.recipe import Recipe
 from compare.verdict import siblings
 from compare.verdict.comparison import pair
 
-# Those that are no figure of the flow's solution: what weighs, what it costs, what numerics take.
+# Those that are no figure of the flow's solution: what weighs, what numerics take, what it costs.
 LEFT_OUT = {"mass", "mapped_mass", "released_energy", "unaccounted_energy", "cpu_seconds"}
+LEFT_OUT |= {f"cpu_seconds_{part}" for part in ("engine", "audit", "output", "setup")}
 
 
 def make(scene: Path, task: dict) -> dict:

@@ -17,7 +17,7 @@ from compare.metrics.kinetic_energy_peak import kinetic_energy_peak
 from compare.metrics.kinetic_energy_peak_time import kinetic_energy_peak_time
 from compare.metrics.pressure_roughness import CUBIC
 from compare.mapping.reductions import mass_quantile
-from compare.mapping.runs import Run, map_fields, open_fields, open_run
+from compare.mapping.runs import Run, map_fields, open_fields, open_run, seconds_of
 from compare.study import job
 from compare.study.recipe import Recipe
 
@@ -68,7 +68,7 @@ def figures(run: Run) -> dict:
             "until": run.tau()[-1],
             "points": len(end.mass),
             "steps": int(run.attributes["steps"]),
-            "cpu_seconds": run.attributes["cpu_seconds"],
+            "cpu_seconds_engine": seconds_of(run, "cpu_seconds_engine"),
             "solver": run.attributes["commit"],
         }
     )

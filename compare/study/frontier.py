@@ -121,10 +121,21 @@ def front(costs, values) -> np.ndarray:
 
 
 def grain_cost(reference: dict) -> float:
-    """Processor seconds per sqrt(H/g) of the grains as the case has them, their packing left out:
-    mean over the seeds.
+    """Processor seconds per sqrt(H/g) of the engine's own steps, of the grains as the case has
+    them: mean over the seeds; NaN where these do not tell it.
     """
-    return float(np.mean(reference["cpu_seconds"])) / reference["duration"]
+    return float(np.mean([cost(member) for member in reference["members"]]))
+
+
+def times_cheaper(price: float, reference: dict) -> str:
+    """How many times cheaper than the grains a price per sqrt(H/g) is, in words."""
+    times = grain_cost(reference) / price
+    if math.isnan(times):
+        return (
+            "the grains' cost is not known (these were kept before files told the engine's own "
+            "time) make them again, with --seeds 8"
+        )
+    return f"{times:.0f} times cheaper than the grains"
 
 
 def band(reference: dict, name: str) -> float:
@@ -144,7 +155,7 @@ def sentences(points: pd.DataFrame, reference: dict, name: str) -> list[str]:
     """What the chart of one metric says: the best recipe at each level and how many times cheaper
     than the grains it is.
     """
-    dear, out = grain_cost(reference), []
+    out = []
     for level in LEVELS:
         found = best(points, name, level)
         if found is None:
@@ -168,6 +179,6 @@ def sentences(points: pd.DataFrame, reference: dict, name: str) -> list[str]:
             out.append(
                 f"{level:.0%}: {found['engine'].upper()} {found['label']} "
                 f"({found[f'error_{name}']:.1%} off) at {found['cost']:.2g} s per √(H/g), "
-                f"{dear / found['cost']:.0f} times cheaper than the grains"
+                f"{times_cheaper(found['cost'], reference)}"
             )
     return out

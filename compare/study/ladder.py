@@ -8,7 +8,7 @@ from compare.verdict import equivalence as verdict
 from cases.case import Case, load
 from cases.errors import CaseError
 from cases.programs import ROOT
-from compare.study.frontier import grain_cost
+from compare.study.frontier import times_cheaper
 from compare.study.recipe import Recipe, assignment
 from compare.study.distance import cost, errors, mean
 
@@ -94,7 +94,6 @@ def paragraph(
     tried: list[dict], stop: int | None, ladder, reference: dict, metric: str, tolerance: float
 ) -> str:
     """What was not needed, what was, and the factor saved."""
-    grains = grain_cost(reference)
     if stop is None:
         ran = [one for one in tried if one["verdict"]]
         nearest = min(ran, key=lambda one: one["verdict"].difference)
@@ -115,7 +114,7 @@ def paragraph(
     said = (
         f"Enough: {chosen['rung']}, {chosen['verdict'].difference:.1%} ± "
         f"{chosen['verdict'].half_width:.1%} off in the {metric}, at {price:.2g} s per √(H/g), "
-        f"{grains / price:.0f} times cheaper than the grains"
+        f"{times_cheaper(price, reference)}"
     )
     if stop + 1 < len(tried):
         said += f"; one rung up ({tried[stop + 1]['rung']}) agrees as well"

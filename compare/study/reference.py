@@ -125,8 +125,6 @@ def of_runs(files: list[Path], scene: case.Case) -> dict:
         "members": seeds,
         "mean": mean(seeds, scene),
         "scatter": scatter(seeds, scene),
-        "cpu_seconds": [seed["cpu_seconds"] for seed in seeds],
-        "cpu_seconds_packing": [seed["cpu_seconds_packing"] for seed in seeds],
         "duration": float(np.mean([seed["tau"][-1] for seed in seeds])),
         "seeds": [seed["seed"] for seed in seeds],
         "spread": spread(seeds, scene),

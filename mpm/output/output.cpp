@@ -171,10 +171,13 @@ void Output::warnings(const std::vector<std::string>& lines) {
   hdf5::write_attribute(*file_, "warnings", told(lines));
 }
 
-void Output::finish(const std::string& end_reason, double cpu_seconds, double wall_seconds,
+void Output::finish(const std::string& end_reason, const Spent& spent, double wall_seconds,
                     long steps) {
   hdf5::write_attribute(*file_, "end_reason", end_reason);
-  hdf5::write_attribute(*file_, "cpu_seconds", cpu_seconds);
+  hdf5::write_attribute(*file_, "cpu_seconds", spent.whole);
+  hdf5::write_attribute(*file_, "cpu_seconds_engine", spent.engine);
+  hdf5::write_attribute(*file_, "cpu_seconds_output", spent.output);
+  hdf5::write_attribute(*file_, "cpu_seconds_setup", spent.setup);
   hdf5::write_attribute(*file_, "wall_seconds", wall_seconds);
   hdf5::write_attribute(*file_, "steps", static_cast<std::int64_t>(steps));
   {

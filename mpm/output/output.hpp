@@ -18,6 +18,14 @@ struct Provenance {
   int threads = 1;
 };
 
+/// Processor time of a run, all threads together [s].
+struct Spent {
+  double whole = 0.0;
+  double engine = 0.0;  // of it: the solver's own steps
+  double output = 0.0;  // frames and files
+  double setup = 0.0;   // start of the program, reading, first state
+};
+
 class Output {
  public:
   /// Nothing appears at the draft's path before finish().
@@ -27,7 +35,7 @@ class Output {
   void energies(const Simulation& simulation, const TimeStep& step);
   /// What spoiled the result without ending the run; `warnings` of the file's root.
   void warnings(const std::vector<std::string>& lines);
-  void finish(const std::string& end_reason, double cpu_seconds, double wall_seconds, long steps);
+  void finish(const std::string& end_reason, const Spent& spent, double wall_seconds, long steps);
 
  private:
   struct Row {

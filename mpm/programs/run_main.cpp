@@ -1,10 +1,10 @@
 // mpm_run CASE -o mpm.h5: the continuum side of a scene, from release to rest.
 #include <fmt/format.h>
 #include <omp.h>
-#include <sys/resource.h>
 
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 
 #include "cases/command_line.hpp"
 #include "mpm/output/output.hpp"
@@ -16,13 +16,18 @@ namespace {
 
 using namespace grainpair;
 
+/// Processor time of this process, all threads together [s].
 double cpu_seconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Calls `work`, whose processor time is added to `to` [s].
+void timed(double& to, auto&& work) {
+  const double start = cpu_seconds();
+  work();
+  to += cpu_seconds() - start;
 }
 
 /// Progress lines for the launcher, at most ten a second.
@@ -55,6 +60,21 @@ struct Clock {
   }
 };
 
+/// A step, one of the equal ones that land on the time `end`, of at most this share of the stable
+/// one.
+TimeStep step_towards(Simulation& simulation, double end, double share) {
+  TimeStep step = simulation.stable_step();
+  const double left = end - simulation.time();
+  step.dt = left / std::ceil(left / (share * step.dt));
+  simulation.step(step.dt);
+  return step;
+}
+
+void tell(const Case& scene, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings)
+    fmt::print(stderr, "{}: warning: {}\n", scene.path(), warning);
+}
+
 void print(const Cost& cost) {
   fmt::print(
       "{{\"points\": {}, \"nodes\": {}, \"bytes\": {:.0f}, \"time_step\": {:.17g}, "
@@ -76,6 +96,8 @@ void run(const Case& scene, const Start& start, const std::string& path,
   const double rest = scene.number("time.rest_kinetic_energy");
   Clock frames(scene.number("time.frame_interval") * tau),
       rows(scene.number("time.energy_interval") * tau);
+  // Above the claimed limit the step is asked for, and runs as long as it does.
+  const bool asked_for = scene.number("mpm.time_step_fraction") > 1.0;
   std::string end_reason = "maximum";
   double peak = 0.0;
   long steps = 0;
@@ -85,28 +107,31 @@ void run(const Case& scene, const Start& start, const std::string& path,
                scene.number("geometry.floor_length")},
               scene.number("mpm.cell_size"));
 
-  output.frame(*simulation, 0, 0.0);
-  output.energies(*simulation, {});
+  Spent spent{.setup = cpu_seconds()};
+  timed(spent.output, [&] {
+    output.frame(*simulation, 0, 0.0);
+    output.energies(*simulation, {});
+  });
   while (simulation->time() < end * (1.0 - 1e-12)) {
-    TimeStep step = simulation->stable_step();
-    // Above the claimed limit the step is asked for, and runs as long as it does.
-    if (scene.number("mpm.time_step_fraction") <= 1.0) step.dt *= watch.step_share();
-    const double left =
-        std::min(frames.next, end) - simulation->time();  // land on the frame, in equal steps
-    step.dt = left / std::ceil(left / step.dt);
-    simulation->step(step.dt);
-    ++steps;
-
-    const double time = simulation->time(), kinetic = simulation->ledger().kinetic;
-    watch.step(*simulation, steps);
+    TimeStep step;
+    double kinetic = 0.0;
+    timed(spent.engine, [&] {  // with its own watch over itself
+      step = step_towards(*simulation, std::min(frames.next, end),
+                          asked_for ? 1.0 : watch.step_share());
+      ++steps;
+      kinetic = simulation->ledger().kinetic;
+      watch.step(*simulation, steps);
+    });
+    const double time = simulation->time();
     peak = std::max(peak, kinetic);
     if (rows.due(time)) {
-      output.energies(*simulation, step);
-      watch.points(*simulation);
+      timed(spent.output, [&] { output.energies(*simulation, step); });
+      timed(spent.engine, [&] { watch.points(*simulation); });
     }
     const bool at_rest =
         kinetic < rest * peak && time > tau;  // the release itself starts from rest
-    if (frames.due(time) || at_rest) output.frame(*simulation, steps, step.dt);
+    if (frames.due(time) || at_rest)
+      timed(spent.output, [&] { output.frame(*simulation, steps, step.dt); });
     progress(time / end, fmt::format("t = {:.2f} sqrt(H/g), dt = {:.1e} s", time / tau, step.dt));
     if (at_rest) {
       end_reason = "rest";
@@ -115,10 +140,10 @@ void run(const Case& scene, const Start& start, const std::string& path,
   }
   const auto wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start);
   const auto warnings = watch.warnings(begin, simulation->ledger());
-  for (const std::string& warning : warnings)
-    fmt::print(stderr, "{}: warning: {}\n", scene.path(), warning);
+  tell(scene, warnings);
   output.warnings(warnings);
-  output.finish(end_reason, cpu_seconds(), wall.count(), steps);
+  spent.whole = cpu_seconds();
+  output.finish(end_reason, spent, wall.count(), steps);
   progress(1.0, end_reason == "rest" ? "at rest" : "time.maximum reached");
 }
 

@@ -174,6 +174,7 @@ def _attributes(engine, case, seed, scale) -> dict:
         "command": "synthetic",
         "threads": 1,
         "cpu_seconds": 1.5 if engine == "mpm" else 30.0,
+        "cpu_seconds_engine": 1.2 if engine == "mpm" else 24.0,
         "wall_seconds": 2.0,
         "time_scale": scale,
         "end_reason": "rest",

@@ -68,6 +68,7 @@ def test_text_changes_no_key(clone, file):
         ("cases/schema.toml", "mpm"),
         ("dem_reference/contacts.py", "dem"),
         ("dem_reference/process.py", "dem"),
+        ("dem_reference/ledger/moment.cpp", "dem"),
         ("dem_reference/scripts/bodies.in", "dem"),
     ],
 )

@@ -6,7 +6,6 @@ import pytest
 
 from compare import __main__ as cli
 from dem_reference.edge import edge
-from dem_reference.fluctuation import cylindrical
 from dem_reference.run import main
 from dem_reference.void_ratio import quarter_bulk_box, void_ratio
 
@@ -104,13 +103,6 @@ def test_edge_of_a_known_disc():
     r = np.hypot(x, z).ravel()
     assert edge(np.append(r[r < 20], 35.0), 1.0) == pytest.approx(20.0, abs=1.0)
     assert edge(np.append(x[:, :20].ravel(), 35.0), 1.0, width=40.0) == pytest.approx(20.0)
-
-
-def test_radial_expansion_is_one_velocity_about_the_axis():
-    random = np.random.default_rng(1)
-    x = random.uniform(0, 1, (100, 3))
-    place, v = cylindrical(x, x * [2.0, 0.0, 2.0])
-    assert v[:, 0] == pytest.approx(2.0 * place[:, 0]) and np.abs(v[:, 1:]).max() < 1e-15
 
 
 def test_void_ratio_of_a_lattice_in_a_box_of_three_limits():

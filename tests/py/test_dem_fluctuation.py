@@ -1,27 +1,28 @@
 """Fluctuation energy: none in an affine motion, all of it in random motion."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from dem_reference.fluctuation import fluctuation_energy
 from dem_reference.grains import Grains
+from dem_reference.moment import ARRAYS, atoms_of, fluctuation_energy
 
 GRAINS = Grains(1.0, 1.0, 1e7, 0.3, 0.9, 0.5)
 
 
-def cloud(v, x):
-    return SimpleNamespace(
-        grains=GRAINS, mobile=np.ones(len(x), bool), atoms={"x": x, "v": v}, radial=False
-    )
+def energy(v, x, radial=False):
+    nothing = np.zeros(x.shape)
+    values = {"x": x, "v": v, "id": np.arange(len(x)), "type": np.ones(len(x))}
+    arrays = {
+        name: np.ascontiguousarray(values.get(name, nothing), kind) for name, kind in ARRAYS.items()
+    }
+    return fluctuation_energy(atoms_of(arrays), GRAINS, radial)
 
 
 def test_an_affine_motion_has_none():
     x = np.random.default_rng(1).uniform(0, 12, (600, 3))
     v = np.array([1.0, 2.0, 3.0]) + x[:, :2] @ np.array([[0.3, -2.0, 0.1], [5.0, -0.3, 0.2]])
     kinetic = GRAINS.mass / 2 * (v * v).sum()
-    assert fluctuation_energy(cloud(v, x)) < 1e-24 * kinetic + 1e-26 * kinetic * len(x)
+    assert energy(v, x) < 1e-24 * kinetic + 1e-26 * kinetic * len(x)
 
 
 def test_random_motion_on_an_affine_one_is_found_without_bias():
@@ -32,9 +33,22 @@ def test_random_motion_on_an_affine_one_is_found_without_bias():
         [[0.3, -2.0, 0.1], [5.0, -0.3, 0.2]]
     )
     expected = 1.5 * n * GRAINS.mass * temperature
-    assert fluctuation_energy(cloud(v, x)) == pytest.approx(expected, rel=3 * np.sqrt(2 / (3 * n)))
+    assert energy(v, x) == pytest.approx(expected, rel=3 * np.sqrt(2 / (3 * n)))
 
 
 def test_lone_grains_have_none():
     x = np.arange(30).reshape(10, 3) * 40.0
-    assert fluctuation_energy(cloud(np.ones((10, 3)), x)) == 0.0
+    assert energy(np.ones((10, 3)), x) == 0.0
+
+
+def test_rigid_rotation_about_the_axis_has_none_in_rings():
+    """Its tangential speed grows with the distance, whatever the direction."""
+    x = np.random.default_rng(3).uniform(-12, 12, (3000, 3))
+    v = np.cross([0.0, 2.0, 0.0], x)
+    kinetic = GRAINS.mass / 2 * (v * v).sum()
+    assert energy(v, x, radial=True) < 1e-24 * kinetic * len(x)
+    random = v + np.random.default_rng(4).normal(0, 0.1, v.shape)
+    expected = 1.5 * len(x) * GRAINS.mass * 0.1**2
+    assert energy(random, x, radial=True) == pytest.approx(
+        expected, rel=3 * np.sqrt(2 / (3 * len(x)))
+    )

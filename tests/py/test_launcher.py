@@ -116,7 +116,7 @@ def test_verdict_is_a_line_a_headline_with_both_engines_and_their_difference():
         "kinetic_energy_peak_time",
         "dissipated_energy",
         "moving_without_stress",
-        "cpu_seconds",
+        "cpu_seconds_engine",
     ]
     metrics = {
         name: {"mpm": 1.1, "dem": 1.0, "relative_difference": 0.1, "unit": "L0"} for name in names

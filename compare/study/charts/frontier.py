@@ -40,17 +40,18 @@ def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> str:
         lowest = 0.7 * np.nanmin([shown[f"error_{name}"].min(), typical])
         handles = whiskers(axes, shown, name, lowest)
         axes.axhspan(lowest, level, color=DEM, alpha=0.10, lw=0)
-        axes.plot(grain_cost(reference), typical, "*", color=DEM, ms=14, mec="white", zorder=5)
-        axes.annotate(
-            "the grains as\nthe case has them",
-            (grain_cost(reference), typical),
-            textcoords="offset points",
-            xytext=(-10, 0),
-            color=DEM,
-            ha="right",
-            va="center",
-            fontsize=8.5,
-        )
+        if np.isfinite(price := grain_cost(reference)):
+            axes.plot(price, typical, "*", color=DEM, ms=14, mec="white", zorder=5)
+            axes.annotate(
+                "the grains as\nthe case has them",
+                (price, typical),
+                textcoords="offset points",
+                xytext=(-10, 0),
+                color=DEM,
+                ha="right",
+                va="center",
+                fontsize=8.5,
+            )
         axes.set_ylim(bottom=lowest)
         axes.text(
             0.995,
@@ -135,7 +136,7 @@ def scatter(axes, points: pd.DataFrame, column: str, prefix: str) -> float:
     axes.set(
         xscale="log",
         yscale="log",
-        xlabel="processor seconds per √(H/g) of physical time (failed runs: until they failed)",
+        xlabel="the engine's processor seconds per √(H/g) (failed runs: all until they failed)",
     )
     axes.set_ylim(top=1.4 * top)
     return top

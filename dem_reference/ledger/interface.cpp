@@ -1,0 +1,91 @@
+// What Python calls (dem_reference/moment.py): handles, and pointers to what lies elsewhere.
+#include <stdexcept>
+
+#include "dem_reference/ledger/accounts.hpp"
+#include "dem_reference/ledger/fluctuation.hpp"
+
+namespace {
+
+using namespace grainpair::ledger;
+
+/// What Python reads of the contacts of a moment; valid until it looks again.
+struct View {
+  const Pair* pairs;
+  const Touch* touches;
+  std::int64_t pair_count, touch_count;
+  Held held;
+};
+
+/// A row of the history, of what is not held. The same as in moment.py.
+struct Row {
+  Totals dissipated;
+  Lifetimes::ByThreshold enduring;
+  double force_error;
+};
+
+struct Classes {
+  const double *edges, *multiples, *heat;
+  const std::int64_t* count;
+  std::int64_t faces, thresholds;
+};
+
+}  // namespace
+
+extern "C" {
+
+Moment* moment_new(const Scene* scene) { return new Moment(*scene); }
+void moment_delete(Moment* moment) { delete moment; }
+
+/// rows: `count` contacts; false where one is of a grain that was not handed over.
+bool moment_look(Moment* moment, const Atoms* atoms, const double* rows, std::int64_t count,
+                 const Plane* planes, std::int64_t plane_count, View* view) {
+  try {
+    moment->look(*atoms, {rows, static_cast<std::size_t>(kContactColumns * count)},
+                 {planes, static_cast<std::size_t>(plane_count)});
+  } catch (const std::out_of_range&) {
+    return false;
+  }
+  *view = {moment->pairs().data(), moment->touches().data(),
+           static_cast<std::int64_t>(moment->pairs().size()),
+           static_cast<std::int64_t>(moment->touches().size()), moment->held()};
+  return true;
+}
+
+/// Rows of the engine's contacts whose first ids add up to `total`: it does not tell their number.
+/// Ids are positive integers, so their running sum meets the engine's own sum at the last row and
+/// nowhere before, and no row beyond it is read.
+std::int64_t contact_count(const double* rows, double total) {
+  std::int64_t count = 0;
+  for (double found = 0.0; found < total; ++count) found += rows[kContactColumns * count];
+  return count;
+}
+
+double fluctuation(const Atoms* atoms, double diameter, double mass, bool radial) {
+  return fluctuation_energy(*atoms, diameter, mass, radial);
+}
+
+Accounts* accounts_new(const Moment* start, double interval, bool every_step, double unit,
+                       double threshold) {
+  return new Accounts(*start, interval, every_step, unit, threshold);
+}
+void accounts_delete(Accounts* accounts) { delete accounts; }
+void accounts_add(Accounts* accounts, const Moment* moment) { accounts->add(*moment); }
+void accounts_row(Accounts* accounts, const Moment* moment, Row* row) {
+  *row = {accounts->dissipated(*moment), accounts->lifetimes().enduring(), accounts->force_error()};
+}
+/// out: of each grain in the moment's order.
+void accounts_by_grain(const Accounts* accounts, const Moment* moment, double* out) {
+  accounts->by_grain(*moment, out);
+}
+void accounts_finish(Accounts* accounts) { accounts->lifetimes().finish(); }
+void accounts_classes(Accounts* accounts, Classes* out) {
+  const Lifetimes& lifetimes = accounts->lifetimes();
+  *out = {kEdges.data(),
+          kMultiples.data(),
+          lifetimes.heat().front().data(),
+          lifetimes.count().data(),
+          static_cast<std::int64_t>(kEdges.size()),
+          static_cast<std::int64_t>(kMultiples.size())};
+}
+
+}  // extern "C"

@@ -1,0 +1,199 @@
+#include "dem_reference/ledger/moment.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace grainpair::ledger {
+
+namespace {
+
+// The engine has cut the spring at this step where k_t |s| = mu |F_n| to round-off. That of F_n is
+// its two terms', and theirs the overlap's, a small difference of coordinates.
+constexpr double kSlidingTolerance = 1e-8, kRoundOff = 1e-15;
+
+Vector row_of(const double* values, std::int64_t k) {
+  return Eigen::Map<const Vector>(values + 3 * k);
+}
+
+}  // namespace
+
+void Moment::look(const Atoms& atoms, std::span<const double> rows, std::span<const Plane> planes) {
+  atoms_ = atoms;
+  half_step_velocities();
+  double reach = 0.0;
+  for (std::int64_t k = 0; k < 3 * atoms.count; ++k) reach = std::max(reach, std::abs(atoms.x[k]));
+  pairs_.clear();
+  pair_force_.assign(atoms.count, Vector::Zero());
+  for (std::size_t k = 0; k < rows.size(); k += kContactColumns) {
+    const Pair& made = pairs_.emplace_back(pair(&rows[k], reach));
+    pair_force_[made.first] += made.force;
+    pair_force_[made.second] -= made.force;
+  }
+  touches_.clear();
+  for (const Plane& plane : planes) touch(plane);
+  wall_friction();
+  sums();
+}
+
+/// Velocities the force was evaluated with; a glued grain has none.
+void Moment::half_step_velocities() {
+  const std::int64_t n = atoms_.count;
+  mobile_.resize(n);
+  v_half_.resize(n);
+  omega_half_.resize(n);
+  place_.assign(place_.size(), -1);
+  for (std::int64_t k = 0; k < n; ++k) {
+    const auto id = static_cast<std::size_t>(atoms_.id[k]);
+    if (id >= place_.size()) place_.resize(id + 1, -1);
+    place_[id] = k;
+    mobile_[k] = atoms_.type[k] == kMobile;
+    v_half_[k] = omega_half_[k] = Vector::Zero();
+    if (!mobile_[k]) continue;
+    v_half_[k] = row_of(atoms_.v, k) - scene_.time_step / (2 * scene_.mass) * row_of(atoms_.f, k);
+    omega_half_[k] = row_of(atoms_.omega, k) -
+                     scene_.time_step / (2 * scene_.inertia) * row_of(atoms_.torque, k);
+  }
+}
+
+// long: one contact law, whose terms share nearly all they are made of
+Pair Moment::pair(const double* row, double reach) const {
+  const auto first = static_cast<std::uint64_t>(row[0]),
+             second = static_cast<std::uint64_t>(row[1]);
+  const auto [lower, upper] = std::minmax(first, second);
+  const std::size_t ids = place_.size();
+  if (first >= ids || second >= ids || place_[first] < 0 || place_[second] < 0)
+    throw std::out_of_range("a contact of a grain that is not here");
+  const std::int64_t i = place_[first], j = place_[second];
+  const bool moves_i = mobile_[i], moves_j = mobile_[j];
+  Pair out{};
+  out.first = i, out.second = j;
+  out.counts = place_[lower] < atoms_.owned;
+  out.key = lower << 32 | upper;
+
+  out.branch = row_of(atoms_.x, i) - row_of(atoms_.x, j);
+  if (scene_.thickness > 0)
+    out.branch.z() -= scene_.thickness * std::nearbyint(out.branch.z() / scene_.thickness);
+  const double distance = out.branch.norm(), delta = 2 * scene_.radius - distance;
+  const Vector n = out.normal = out.branch / distance;
+  out.overlap = delta;
+  out.arm = scene_.radius - delta / 2;
+
+  const auto slip = [&](const Vector& velocity, const Vector& spin, double& along) -> Vector {
+    along = velocity.dot(n);
+    return velocity - along * n - (out.arm * spin).cross(n);
+  };
+  const auto now = [&](const double* values) -> Vector {
+    return (moves_i ? row_of(values, i) : Vector::Zero()) -
+           (moves_j ? row_of(values, j) : Vector::Zero());
+  };
+  double v_n = 0.0, u_n = 0.0;
+  const Vector v_t = slip(v_half_[i] - v_half_[j], omega_half_[i] + omega_half_[j], v_n);
+  const Vector spin = (moves_i ? row_of(atoms_.omega, i) : Vector::Zero()) +
+                      (moves_j ? row_of(atoms_.omega, j) : Vector::Zero());
+  const Vector u_t = slip(now(atoms_.v), spin, u_n);
+
+  // R* = r/2; the glued grain's mass is infinite
+  const double m = moves_i && moves_j ? scene_.mass / 2 : scene_.mass, mu = scene_.friction;
+  const double root = std::sqrt(scene_.radius / 2 * delta);
+  const double s_n = 2 * scene_.contact_modulus * root,
+               k_t = 8 * scene_.contact_shear_modulus * root;
+  const double gamma_n = scene_.damping_factor * std::sqrt(s_n * m);
+  const double gamma_t = scene_.damping_factor * std::sqrt(k_t * m);
+  const double f_hertz = 4.0 / 3.0 * scene_.contact_modulus * root * delta;
+  const double f_n = f_hertz - gamma_n * v_n;
+  const Vector s = row_of(row + 3, 0);
+  const double blur =
+      (kSlidingTolerance + kRoundOff * reach / delta) * mu * (f_hertz + gamma_n * std::abs(v_n));
+  const bool sliding = k_t * s.norm() >= mu * std::abs(f_n) - blur;
+  const Vector f_t = sliding ? Vector(-k_t * s) : Vector(-k_t * s - gamma_t * v_t);
+  out.force = f_n * n + f_t;
+
+  out.elastic[0] = 8.0 / 15.0 * scene_.contact_modulus * root * delta * delta;
+  out.elastic[1] = k_t * s.squaredNorm() / 2;
+  out.power[0] = gamma_n * v_n * u_n;
+  out.work_rate[0] = -f_n * u_n;
+  out.work_rate[1] = -f_t.dot(u_t);
+  const double rate = -u_n / (2 * delta);  // (dk_t/dt) / k_t, with d(delta)/dt = -u_n
+  if (sliding) {
+    // d/dt [(mu F_n)^2 / (2 k_t)] with
+    // dF_n/dt = -S_n u_n - gamma_n du_n/dt - (rate/2) gamma_n v_n
+    const double du_n = now(atoms_.f).dot(n) / scene_.mass + u_t.squaredNorm() / distance;
+    const double df_n = -s_n * u_n - gamma_n * du_n - rate / 2 * gamma_n * v_n;
+    out.power[1] = out.work_rate[1] - mu * mu * f_n / k_t * (df_n - rate / 2 * f_n);
+  } else {
+    out.power[1] = gamma_t * v_t.dot(u_t) - rate * out.elastic[1];
+  }
+  return out;
+}
+
+/// Contacts of owned grains with one wall: R* = r, m* = m; the lower edge may be touched from
+/// below.
+void Moment::touch(const Plane& plane) {
+  const double r = scene_.radius;
+  for (std::int64_t k = 0; k < atoms_.owned; ++k) {
+    const Vector x = row_of(atoms_.x, k);
+    if (!mobile_[k] || std::abs(x[plane.axis] - plane.position) >= r) continue;
+    Vector gap = Vector::Zero();  // from the nearest point of the wall to the centre
+    gap[plane.axis] = x[plane.axis] - plane.position;
+    gap.y() += std::min(x.y() - plane.lowest, 0.0);
+    const double distance = gap.norm(), delta = r - distance;
+    if (distance >= r) continue;
+    const Vector n = gap / distance;
+    const double speed = plane.rise * n.y();
+    const double v_n = v_half_[k].dot(n) - speed, u_n = row_of(atoms_.v, k).dot(n) - speed;
+    const double root = std::sqrt(r * delta), y = scene_.contact_modulus;
+    const double gamma = scene_.damping_factor * std::sqrt(2 * y * root * scene_.mass);
+    const double f_n = 4.0 / 3.0 * y * root * delta - gamma * v_n;
+    touches_.push_back({k, plane.code, plane.friction > 0, n, distance * n, f_n * n, delta,
+                        8.0 / 15.0 * y * root * delta * delta, gamma * v_n * u_n, -f_n * u_n});
+  }
+}
+
+/// The friction of a Coulomb wall is what the engine's force leaves over after grain contacts,
+/// gravity and the walls' normal forces; of two Coulomb walls touched at once the first takes it.
+/// Of a rising gate only the edge does work on the grains; that work is not tallied, and shows as
+/// unaccounted energy.
+void Moment::wall_friction() {
+  rest_.resize(atoms_.owned);
+  for (std::int64_t k = 0; k < atoms_.owned; ++k) {
+    rest_[k] = row_of(atoms_.f, k) - pair_force_[k];
+    rest_[k].y() += scene_.mass * scene_.gravity;
+  }
+  rough_walls_.assign(atoms_.owned, 0);
+  for (const Touch& wall : touches_) rest_[wall.grain] -= wall.force;
+  for (Touch& wall : touches_) {
+    const std::int64_t grain = wall.grain;
+    if (!wall.rough || ++rough_walls_[grain] > 1) continue;
+    const Vector& n = wall.normal;
+    const Vector f_t = rest_[grain] - rest_[grain].dot(n) * n;
+    const Vector u = row_of(atoms_.v, grain) - row_of(atoms_.omega, grain).cross(wall.branch);
+    const double power = f_t.dot(u - u.dot(n) * n);
+    wall.force += f_t;
+    wall.power -= power;
+    wall.work_rate -= power;
+    rest_[grain] -= f_t;
+  }
+}
+
+/// What owned grains and counted contacts hold, and the largest difference between the engine's
+/// force on a moving grain and the rebuilt one, corners of Coulomb walls aside.
+void Moment::sums() {
+  held_ = {};
+  for (const Touch& wall : touches_) held_.wall += wall.elastic;
+  for (std::int64_t k = 0; k < atoms_.owned; ++k) {
+    if (!mobile_[k]) continue;
+    held_.kinetic += scene_.mass / 2 * row_of(atoms_.v, k).squaredNorm();
+    held_.rotational += scene_.inertia / 2 * row_of(atoms_.omega, k).squaredNorm();
+    held_.potential += scene_.mass * scene_.gravity * atoms_.x[3 * k + 1];
+    if (rough_walls_[k] < 2)
+      held_.force_error = std::max(held_.force_error, rest_[k].cwiseAbs().maxCoeff());
+  }
+  for (const Pair& pair : pairs_) {
+    if (!pair.counts) continue;
+    held_.normal += pair.elastic[0];
+    held_.tangential += pair.elastic[1];
+  }
+}
+
+}  // namespace grainpair::ledger

@@ -1,0 +1,32 @@
+"""Processor time of a process by what it went to."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+PARTS = ("engine", "audit", "output", "setup")
+
+
+class Spent:
+    """Seconds of processor time, all threads together: of the engine's own steps, of the audit
+    (samples, lifetimes, energies), of output (frames, files), and of setup (start of the program,
+    reading, first state).
+    """
+
+    def __init__(self):
+        self.seconds = dict.fromkeys(PARTS, 0.0)
+
+    @contextmanager
+    def on(self, part: str) -> Iterator[None]:
+        """Counts what is done inside as a part's."""
+        start = time.process_time()
+        yield
+        self.seconds[part] += time.process_time() - start
+
+    def began(self) -> None:
+        """All that the process has spent so far was setup."""
+        self.seconds["setup"] = time.process_time()
+
+    def attributes(self) -> dict[str, float]:
+        """As a result file has them."""
+        return {f"cpu_seconds_{part}": seconds for part, seconds in self.seconds.items()}
