@@ -129,6 +129,8 @@ def grain_cost(reference: dict) -> float:
 
 def times_cheaper(price: float, reference: dict) -> str:
     """How many times cheaper than the grains a price per sqrt(H/g) is, in words."""
+    if price == 0.0:
+        return "too short a run for the processor's clock"
     times = grain_cost(reference) / price
     if math.isnan(times):
         return (

@@ -8,7 +8,7 @@ from typing import Any
 
 from cases.programs import ROOT, program
 
-PROGRAMS = ("mpm_case", "mpm_run", "mpm_point", "grain_map")
+PROGRAMS = ("mpm_case", "mpm_run", "mpm_point", "grain_map", "grain_ledger.so")
 LEFT_OUT = shutil.ignore_patterns("reference", "__pycache__", "claims")
 
 
