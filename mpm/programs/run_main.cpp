@@ -70,6 +70,13 @@ TimeStep step_towards(Simulation& simulation, double end, double share) {
   return step;
 }
 
+Watch watch_over(const Simulation& simulation, const Case& scene) {
+  return {simulation,
+          {scene.number("geometry.height"), scene.number("geometry.gravity"),
+           scene.number("geometry.floor_length")},
+          scene.number("mpm.cell_size")};
+}
+
 void tell(const Case& scene, const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings)
     fmt::print(stderr, "{}: warning: {}\n", scene.path(), warning);
@@ -102,10 +109,7 @@ void run(const Case& scene, const Start& start, const std::string& path,
   double peak = 0.0;
   long steps = 0;
   const EnergyLedger begin = simulation->ledger();
-  Watch watch(*simulation,
-              {scene.number("geometry.height"), scene.number("geometry.gravity"),
-               scene.number("geometry.floor_length")},
-              scene.number("mpm.cell_size"));
+  Watch watch = watch_over(*simulation, scene);
 
   Spent spent{.setup = cpu_seconds()};
   timed(spent.output, [&] {
