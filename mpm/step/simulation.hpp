@@ -33,6 +33,8 @@ class Simulation {
   virtual Vec3 velocity(std::size_t p) const = 0;
   /// What averaging adds to the pressure of that point in the stress that the grid feels [Pa].
   virtual double pressure_correction(std::size_t p) const = 0;
+  /// The part of that point's pressure that collisions make; they may pull [Pa].
+  virtual double collisional_pressure(std::size_t p) const = 0;
   virtual const Points<2>* plane() const { return nullptr; }
   virtual const Points<3>* space() const { return nullptr; }
 

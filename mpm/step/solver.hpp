@@ -90,6 +90,9 @@ class Solver final : public Simulation {
     return material_.pressure_correction(Scattered::one(p),
                                          trace(SymTensor(points_.sigma[p])) / 3.0, pressures_)[0];
   }
+  double collisional_pressure(std::size_t p) const override {
+    return body_->fluctuates() ? material_.collisional_pressure[p] : 0.0;
+  }
   const Points<2>* plane() const override {
     if constexpr (dim == 2) return &points_;
     return nullptr;

@@ -144,7 +144,8 @@ void Watch::points(const Simulation& simulation) {
             "times the fall from the column's height) lower mpm.time_step_fraction, or use "
             "smoother mpm.shape: nodes with next to no mass throw points",
             points.id[p], x[0], x[1], x[2], simulation.time(), v.norm(), v.norm() / fall_);
-      tension_ = std::max(tension_, -own_pressure(points, p) / pressure_);
+      const double held = own_pressure(points, p) - simulation.collisional_pressure(p);
+      tension_ = std::max(tension_, -held / pressure_);
       kinetic += 0.5 * points.mass[p] * v.squaredNorm();
       mass += points.mass[p], at_end += x[0] > last_cell_ ? points.mass[p] : 0.0;
     }

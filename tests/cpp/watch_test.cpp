@@ -96,6 +96,26 @@ TEST(Watch, WarnsOfTensionAndOfPressureThatDiffersWithinCells) {
   EXPECT_THAT(warnings[1], HasSubstr("tension: "));
 }
 
+// Collisions resist expansion: lam tr D may exceed p_c. That is their law, not a cone left behind.
+TEST(Watch, LetsCollisionsPull) {
+  Cuboid<PlaneStrain> block{.box = {20, 20}, .low = {4, 4}, .high = {12, 12}};
+  block.velocity = [](const auto& x) { return Eigen::Vector2d(20.0 * (x.array() - 0.8)); };
+  block.granular_temperature = [](const auto&) { return 0.01; };
+  block.body = material_registry().at("solid_fluid")(
+      any_case({"material.law=solid_fluid", "grains.diameter=0.05", "geometry.length=1",
+                "geometry.height=1", "geometry.thickness=0.2", "geometry.floor_length=5",
+                "mpm.cell_size=0.1", "mpm.viscous_stiffness=0"}));
+  const auto solver = block.build<BSpline<2>>();
+  Watch watch(*solver, {height, gravity, floor_length}, cell);
+  solver->step(1e-6);
+  const std::size_t p = *solver->points().occupied().begin();
+  const double pressure = solver->points().sigma[p].head<3>().sum() / 3.0;
+  EXPECT_LT(pressure, -0.02 * solver->solid_density() * gravity * height);
+  EXPECT_NEAR(solver->collisional_pressure(p), pressure, 1e-9 * std::abs(pressure));
+  watch.points(*solver);
+  EXPECT_TRUE(watch.warnings(solver->ledger(), solver->ledger()).empty());
+}
+
 /// A vibrating block stepped at `length` of the claimed limit, times what the watch leaves of it or
 /// not; throws what the watch throws.
 Watch vibrated(double length, bool shortened) {
