@@ -102,7 +102,7 @@ void run(const Case& scene, const Start& start, const std::string& path,
   const double tau = time_scale(scene), end = scene.number("time.maximum") * tau;
   const double rest = scene.number("time.rest_kinetic_energy");
   Clock frames(scene.number("time.frame_interval") * tau),
-      rows(scene.number("time.energy_interval") * tau);
+      rows(scene.number("time.energy_interval") * tau), looks(Watch::interval * tau);
   // Above the claimed limit the step is asked for, and runs as long as it does.
   const bool asked_for = scene.number("mpm.time_step_fraction") > 1.0;
   std::string end_reason = "maximum";
@@ -128,10 +128,8 @@ void run(const Case& scene, const Start& start, const std::string& path,
     });
     const double time = simulation->time();
     peak = std::max(peak, kinetic);
-    if (rows.due(time)) {
-      timed(spent.output, [&] { output.energies(*simulation, step); });
-      timed(spent.engine, [&] { watch.points(*simulation); });
-    }
+    if (rows.due(time)) timed(spent.output, [&] { output.energies(*simulation, step); });
+    if (looks.due(time)) timed(spent.engine, [&] { watch.points(*simulation); });
     const bool at_rest =
         kinetic < rest * peak && time > tau;  // the release itself starts from rest
     if (frames.due(time) || at_rest)

@@ -21,6 +21,9 @@ class Watch {
   /// `cell` [m]: points of one cell are compared with one another.
   Watch(const Simulation& simulation, const Column& column, double cell);
 
+  /// Between looks at every point [sqrt(H/g)]: a look takes as long as three steps.
+  static constexpr double interval = 0.05;
+
   /// Share of the stable step to take: halved whenever the finite step has made another
   /// fiftieth of the energy held at release out of nothing.
   double step_share() const { return std::ldexp(1.0, -halvings_); }
