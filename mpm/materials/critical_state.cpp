@@ -24,7 +24,7 @@ class CriticalStatePlasticity : public Athermal {
 
   template <class Real>
   Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>& step) const {
-    const State<Real> turned{corotated(old.strain, step.spin, step.dt), old.regime};
+    const State<Real> turned{corotated(old.strain, step.spin, step.dt), old.regime, old.secant};
     const Tensor<Real> increment = strain_increment(step);
     return respond(rates_
                        ? (*rates_)(turned, increment, step.void_ratio_old, step.void_ratio)

@@ -33,16 +33,23 @@ class Hyperelastic {
   struct Loaded {
     T stress;                   // [Pa]
     typename T::Scalar energy;  // [J/m3]
+    typename T::Scalar secant;  // P0/u [Pa]
   };
 
   /// Stress and stored energy at an elastic strain; both zero where the strain has opened (a <= 0).
   template <class T, class Real = typename T::Scalar>
   Loaded<Tensor<Real>> evaluate(const T& strain) const {
+    const Real a = trace(strain), u2 = a * a + coupling * deviator(strain).squaredNorm();
+    return evaluate(strain, select(a > 0.0, secant(sqrt(u2)), Real(0.0)));
+  }
+  /// The same where P0/u is known: the power is the dear part.
+  template <class T, class Real = typename T::Scalar>
+  Loaded<Tensor<Real>> evaluate(const T& strain, const Real& P0_u) const {
     const Real a = trace(strain);
     const Tensor<Real> e = deviator(strain);
     const Real u2 = a * a + coupling * e.squaredNorm();
-    const Real P0_u = select(a > 0.0, secant(sqrt(u2)), Real(0.0));
-    return {plus_isotropic((coupling * P0_u) * e, P0_u * a), (1.0 - n) / (2.0 - n) * P0_u * u2};
+    return {plus_isotropic((coupling * P0_u) * e, P0_u * a), (1.0 - n) / (2.0 - n) * P0_u * u2,
+            P0_u};
   }
 
   /// Stress [Pa] at an elastic strain.
@@ -95,11 +102,15 @@ class Hyperelastic {
   /// [Pa], with the largest principal stress sigma_1 <= p + 2q/3, at an elastic strain.
   template <class T, class Real = typename T::Scalar>
   Real p_wave_modulus(const T& strain) const {
+    const Real a = trace(strain), u2 = a * a + coupling * deviator(strain).squaredNorm();
+    return p_wave_modulus(strain, secant(sqrt(u2)));
+  }
+  template <class T, class Real = typename T::Scalar>
+  Real p_wave_modulus(const T& strain, const Real& P0_u) const {
     const Real a = trace(strain), e2 = deviator(strain).squaredNorm();
     const Real u2 = a * a + coupling * e2;
     const Real largest = a + coupling * sqrt(2.0 / 3.0 * e2);  // sigma_1/P0 * u
-    const Real modulus =
-        secant(sqrt(u2)) * (1.0 + 4.0 / 3.0 * g / kn + n * k / kn * largest * largest / u2);
+    const Real modulus = P0_u * (1.0 + 4.0 / 3.0 * g / kn + n * k / kn * largest * largest / u2);
     return select(a > 0.0, modulus, Real(0.0));
   }
 

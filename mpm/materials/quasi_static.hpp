@@ -31,6 +31,7 @@ template <class Real>
 struct QuasiStaticState {
   Tensor<Real> strain = Tensor<Real>::Zero();  // elastic; trace a = 0 at zero stress, < 0 when open
   Real regime = collisional;
+  Real secant = 0.0;  // P0/u at that strain, which costs a power [Pa]; 0: not told, or open
 };
 
 /// Stress tau (solid_volume.hpp) and energies per reference volume.
@@ -47,7 +48,8 @@ template <class Real>
 QuasiStaticResponse<Real> select(const Mask<Real>& m, const QuasiStaticResponse<Real>& yes,
                                  const QuasiStaticResponse<Real>& no) {
   return {
-      {select(m, yes.state.strain, no.state.strain), select(m, yes.state.regime, no.state.regime)},
+      {select(m, yes.state.strain, no.state.strain), select(m, yes.state.regime, no.state.regime),
+       select(m, yes.state.secant, no.state.secant)},
       select(m, yes.stress, no.stress),
       select(m, yes.stored, no.stored),
       select(m, yes.dissipated, no.dissipated),
@@ -77,7 +79,7 @@ class QuasiStatic {
                                      const std::type_identity_t<Real>& e) const {
     const auto loose = e >= locus.e_c, gas = old.regime == collisional && loose;
     if (all(gas)) return open(Real(0.0), e);
-    const auto before = elasticity.evaluate(old.strain);
+    const auto before = elasticity.evaluate(old.strain, secant(old));
     const Tensor<Real> trial = tried(old, increment, e);
     const Real a = trace(trial);
     const auto flows = !gas && !(a <= 0.0) && !holds(trial);
@@ -113,7 +115,7 @@ class QuasiStatic {
       }
     }
     const auto now = elasticity.evaluate(strain);
-    QuasiStaticResponse<Real> r{{strain, regime}, now.stress, now.energy};
+    QuasiStaticResponse<Real> r{{strain, regime, now.secant}, now.stress, now.energy};
     const Tensor<Real> plastic = trial - strain;
     r.dissipated = select(
         flows, plastic_work<Real>(before.stress.dot(plastic), now.stress.dot(plastic)), Real(0.0));
@@ -129,7 +131,7 @@ class QuasiStatic {
 
   QuasiStaticResponse<double> loaded(const SymTensor& strain, double regime) const {
     const auto now = elasticity.evaluate(strain);
-    return {{strain, regime}, now.stress, now.energy};
+    return {{strain, regime, now.secant}, now.stress, now.energy};
   }
 
   /// Without stress. At e >= e_c contact comes back at e_c; below, where it was lost, at the strain
@@ -146,13 +148,13 @@ class QuasiStatic {
   /// with the elastic shear stiffness [Pa].
   template <class Real>
   Real modulus(const QuasiStaticState<Real>& state, const Real& e) const {
-    const Real elastic = volume.cauchy(e) * elasticity.p_wave_modulus(state.strain);
+    const Real P0_u = secant(state);
+    const Real elastic = volume.cauchy(e) * elasticity.p_wave_modulus(state.strain, P0_u);
     const auto on_locus = state.regime == critical;
     if (!any(on_locus)) return elastic;
     const Real a = trace(state.strain), e2 = deviator(state.strain).squaredNorm();
     const double c = elasticity.coupling;
-    const Real shear =
-        volume.cauchy(e) * (elasticity.g / elasticity.kn) * elasticity.secant(sqrt(a * a + c * e2));
+    const Real shear = volume.cauchy(e) * (elasticity.g / elasticity.kn) * P0_u;
     const Real followed =
         locus.modulus(e) * (1.0 + c * sqrt(2.0 / 3.0 * e2) / a) + 4.0 / 3.0 * shear;
     return select(on_locus, larger(elastic, followed), elastic);
@@ -164,6 +166,14 @@ class QuasiStatic {
   SolidVolume volume;
 
  private:
+  /// P0/u at a state's strain, 0 where that has opened [Pa].
+  template <class Real>
+  Real secant(const QuasiStaticState<Real>& state) const {
+    const auto open = trace(state.strain) <= 0.0;
+    if (all(open || state.secant > 0.0)) return select(open, Real(0.0), state.secant);
+    return elasticity.evaluate(state.strain).secant;
+  }
+
   /// The elastic strain if nothing flowed. A point without stress strains elastically only while it
   /// is in contact.
   template <class Real>

@@ -45,9 +45,9 @@ class SolidFluidWith : public Contacts {
     // tensors first: among scalars they would need padding, and states are arrays of numbers
     Tensor<Real> viscous = Tensor<Real>::Zero();  // stress of the viscosity, per bulk density
     [[no_unique_address]] typename Contacts::template Memory<Real> memory{};
-    Real regime = collisional;
-    Real speed = 0.0;      // sqrt(T) [m/s]
-    Real viscosity = 0.0;  // lam + 4 eta/3 [Pa s]
+    Real regime = collisional, secant = 0.0;  // as of QuasiStaticState
+    Real speed = 0.0;                         // sqrt(T) [m/s]
+    Real viscosity = 0.0;                     // lam + 4 eta/3 [Pa s]
   };
 
   explicit SolidFluidWith(const Case& c)
@@ -65,7 +65,8 @@ class SolidFluidWith : public Contacts {
 
   template <class Real>
   Response<Real, State> update(const State<Real>& old, const DeformationOf<Real>& step) const {
-    const QuasiStaticState<Real> turned{corotated(old.strain, step.spin, step.dt), old.regime};
+    const QuasiStaticState<Real> turned{corotated(old.strain, step.spin, step.dt), old.regime,
+                                        old.secant};
     const Tensor<Real> increment = strain_increment(step);
     return in_parallel(
         rates_ ? (*rates_)(turned, increment, step.void_ratio_old, step.void_ratio)
@@ -76,7 +77,8 @@ class SolidFluidWith : public Contacts {
 
   template <class Real>
   StabilityOf<Real> stability(const State<Real>& state, const Real& e) const {
-    const Real modulus = model_.modulus(QuasiStaticState<Real>{state.strain, state.regime}, e);
+    const Real modulus =
+        model_.modulus(QuasiStaticState<Real>{state.strain, state.regime, state.secant}, e);
     if (spring_.rigid() || !collisions_) return {modulus, state.viscosity};
     return {modulus + spring_.p_wave_modulus() * bulk_density(e), 0.0};
   }
@@ -118,7 +120,7 @@ class SolidFluidWith : public Contacts {
     Response<Real, State> r;
     r.regime = q.state.regime;
     r.sigma = model_.volume.cauchy(e) * q.stress;
-    r.state = {q.state.strain, old_viscous, memory, q.state.regime, old_speed, 0.0};
+    r.state = {q.state.strain, old_viscous, memory, q.state.regime, q.state.secant, old_speed, 0.0};
     r.energies.stored = per_mass * q.stored;
     r.energies.plastic = per_mass * q.dissipated;
     r.work = per_mass * q.work;

@@ -260,8 +260,10 @@ class MaterialPoints {
   void book(const Block& block, const Wide& mixing, const Wide& detached, const Outcome& law,
             GivingCells& pressures, PointSums& sums) {
     WideTensor sigma = law.sigma;
+    Wide collisional = law.collisional_pressure;
     if (const auto alone = detached > 0.0; any(alone))
-      sigma = select(alone, WideTensor::Zero(), sigma);
+      sigma = select(alone, WideTensor::Zero(), sigma),
+      collisional = select(alone, Wide(0.0), collisional);
     points.sigma.store(sigma, block, Where::tensor);
     block.store(block.load(points.plastic) + law.energies.plastic, points.plastic);
     const Wide m = block.load(points.mass), inverse_density = specific_volume(block),
@@ -270,8 +272,8 @@ class MaterialPoints {
     const bool mixes = numerics_.averages_rates();
     Wide contact = block.load(pressure) + p;  // twice the mean pressure that worked on the mixing
     if constexpr (accounts.fluctuates) {
-      contact -= block.load(collisional_pressure) + law.collisional_pressure;
-      block.store(law.collisional_pressure, collisional_pressure);
+      contact -= block.load(collisional_pressure) + collisional;
+      block.store(collisional, collisional_pressure);
     }
     if (mixes) sums.mixing += (0.5 * dt_) * (v * (contact * mixing));
     if (mixes || numerics_.averaging != VolumetricAveraging::none) block.store(p, pressure);

@@ -53,7 +53,7 @@ TEST(Stiffness, OfTheLocusGoesAsHertz) {
 
 // The critical-state locus may be the softer of the two: then it sets the factor.
 TEST(Stiffness, LeavesTheCriticalStateLocusStiffEnough) {
-  const Case c = scene("critical_state", {"material.critical_state_slope=0.004"});
+  const Case c = scene("critical_state", {"material.critical_state_slope=0.006"});
   const double aE = 3e8 * c.number("material.critical_state_slope"),
                K = aE / 1.709;  // linear: nu a_L E_p
   EXPECT_NEAR(weight / K, 2e-3, 1e-12);
