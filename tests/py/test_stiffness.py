@@ -1,12 +1,18 @@
 """What is told of softened grains and skeletons: by validator, finding and terminal."""
 
+import tomllib
+from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from cases import case
 from compare.commands.run import stiffness
 from compare.verdict.findings.softened import softened
+
+COLUMN = Path(__file__).resolve().parents[2] / "cases" / "column"
 
 
 def test_the_validator_tells_of_both_engines():
@@ -39,3 +45,24 @@ def test_the_terminal_says_what_was_softened():
 
     assert stiffness(metrics(0.0)) == []
     assert stiffness(metrics(0.0115))[0].endswith("continuum to 0.005 (1.1 %)")
+
+
+def test_the_table_of_errors_is_what_was_measured():
+    """Means over the displaced starts; of a law that collides, against one without the spring."""
+    measured = pd.read_csv(COLUMN / "reference" / "softening.csv", comment="#")
+    measured["run_out_95"] += 1.0
+    figures = ["run_out_95", "centre", "height", "peak"]
+    means = measured.groupby(["law", "asked"])[figures].mean()
+    table = tomllib.loads((COLUMN.parent / "softening.toml").read_text())
+    errors: dict[str, np.ndarray] = {}
+    for law in measured["law"].unique():
+        own = means.loc[law]
+        given = own.loc["rigid" if "rigid" in own.index else "as given"]
+        changes = [(own.loc[str(w)] / given - 1.0).abs().max() for w in table["weight"]]
+        worst = np.array(changes)
+        name = law.split(",")[0]
+        errors[name] = np.maximum(errors.get(name, worst), worst)
+    for name, found in errors.items():
+        stated = table["error"][name]
+        assert stated == pytest.approx(np.maximum.accumulate(found), abs=6e-5), name  # rounded
+    assert set(table["error"]) - set(errors) == {"linear_elastic", "grains"}
