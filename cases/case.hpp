@@ -15,9 +15,9 @@ class Case {
  public:
   /// Reads `path` (a file, or a folder that holds case.toml), what it extends and its material
   /// card, applies `overrides` ("mpm.cell_size=0.002"), checks all of it against the schema, fills
-  /// in the defaults, derives what the grains determine and softens what
-  /// mpm.stiffness and dem.stiffness say. A key is taken
-  /// from the first that gives it: override, file, extended files, card, default. Throws CaseError.
+  /// in the defaults, derives what the grains determine and softens what mpm.stiffness and
+  /// dem.stiffness say. A key is taken from the first that gives it: override, file, extended
+  /// files, card, default. Throws CaseError.
   static Case load(const std::string& path, const std::vector<std::string>& overrides = {});
 
   // Values by dotted key, e.g. number("geometry.height"). A key the schema lacks throws

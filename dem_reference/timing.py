@@ -19,7 +19,7 @@ from pathlib import Path
 import h5py
 import pandas as pd
 
-from cases import command_line
+from cases import command_line, cores
 from cases.case import Case, load
 from cases.errors import EngineError, exit_code
 from cases.files import check_table
@@ -138,7 +138,7 @@ def main() -> int:
             options.output,
             " ".join(["python3 -m dem_reference.timing", *sys.argv[1:]]),
             "processor time [s] from the release on, packing not counted; collapse: all of it; "
-            f"interleaved, on {len(os.sched_getaffinity(0))} cores shared with other work (load "
+            f"interleaved, on {cores.usable()} cores shared with other work (load "
             f"{os.getloadavg()[1]:.1f})",
         )
     print(table.to_string(index=False))

@@ -5,6 +5,7 @@ import platform
 import shutil
 import subprocess
 
+from cases import cores
 from cases.programs import ROOT, program
 
 TARGETS = ()  # it says what is missing, so nothing is set up for it
@@ -89,5 +90,5 @@ def machine():
     yield memory >= MEMORY, "memory", f"{memory:.1f} GiB (at least {MEMORY:g})"
     disk = shutil.disk_usage(ROOT).free / 2**30
     yield disk >= DISK, "disk", f"{disk:.1f} GiB free (at least {DISK:g})"
-    cores = len(os.sched_getaffinity(0))
-    yield True, "cores", f"{cores}{'' if cores > 1 else '; the engines run one after the other'}"
+    count = cores.usable()
+    yield True, "cores", f"{count}{'' if count > 1 else '; the engines run one after the other'}"

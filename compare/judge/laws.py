@@ -5,7 +5,6 @@ gdot), and at (p, gdot, T) with the granular temperature held. The lattice is ev
 of p [Pa], gdot [1/s] and T/(gdot d)^2.
 """
 
-import os
 import tempfile
 import tomllib
 from collections.abc import Iterable
@@ -16,6 +15,7 @@ import h5py
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
+from cases import cores
 from cases.case import Case, schema
 from cases.errors import CaseError, EngineError
 from cases.programs import ROOT, call, program
@@ -231,7 +231,7 @@ def steady_shear(
                 file[name] = values
         asked = [word for assignment in sets for word in ("--set", assignment)]
         command = [program("mpm_steady"), case, "--conditions", given, "-o", out, *asked]
-        done = call([*command, "--threads", len(os.sched_getaffinity(0))])
+        done = call([*command, "--threads", cores.usable()])
         if done.returncode:
             raise (CaseError if done.returncode == 2 else EngineError)(done.stderr.strip())
         with h5py.File(out) as file:

@@ -4,30 +4,22 @@
 
 #include <chrono>
 #include <cstdio>
-#include <ctime>
 
 #include "cases/command_line.hpp"
 #include "mpm/output/output.hpp"
 #include "mpm/step/cost.hpp"
 #include "mpm/step/simulation.hpp"
+#include "mpm/step/timed.hpp"
 #include "mpm/step/watch.hpp"
 
 namespace {
 
 using namespace grainpair;
 
-/// Processor time of this process, all threads together [s].
-double cpu_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 /// Calls `work`, whose processor time is added to `to` [s].
 void timed(double& to, auto&& work) {
-  const double start = cpu_seconds();
+  const Timed until_done(&to);
   work();
-  to += cpu_seconds() - start;
 }
 
 /// Progress lines for the launcher, at most ten a second.
@@ -111,7 +103,7 @@ void run(const Case& scene, const Start& start, const std::string& path,
   const EnergyLedger begin = simulation->ledger();
   Watch watch = watch_over(*simulation, scene);
 
-  Spent spent{.setup = cpu_seconds()};
+  Spent spent{.setup = processor_seconds()};
   timed(spent.output, [&] {
     output.frame(*simulation, 0, 0.0);
     output.energies(*simulation, {});
@@ -144,7 +136,7 @@ void run(const Case& scene, const Start& start, const std::string& path,
   const auto warnings = watch.warnings(begin, simulation->ledger());
   tell(scene, warnings);
   output.warnings(warnings);
-  spent.whole = cpu_seconds();
+  spent.whole = processor_seconds();
   output.finish(end_reason, spent, wall.count(), steps);
   progress(1.0, end_reason == "rest" ? "at rest" : "time.maximum reached");
 }
