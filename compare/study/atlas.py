@@ -14,6 +14,8 @@ from compare.study.failure import warnings_of
 from compare.study.recipe import Recipe, assignment
 from compare.study.signature import expand
 
+POINT_ALONE = math.sqrt(2.0 / 3.0)  # share of the limit of the bulk that holds for a single point
+
 
 def rows_of(plane: dict, timeout: float) -> list[tuple[float, dict]]:
     """A plane's rows: the value of its second key, and the task that finds the boundary there."""
@@ -71,20 +73,20 @@ def table(planes: list[dict], rows: list[list[tuple[float, dict]]], scene: Case)
 
 
 def limit(plane: dict, value: float, scene: Case) -> float:
-    """The claimed limit of a row: 1, the whole of what the solver takes for stable; of the grains,
-    ten steps in a contact.
+    """The claimed limit of a row: what holds for a point alone, the stiffest that scattered points
+    make (mpm.time_step_fraction); of the grains, ten steps in a contact.
     """
     if plane["engine"] == "mpm":
-        return 1.0
+        return POINT_ALONE
     sets = tuple(assignment(key, v) for key, v in plane.get("set", {}).items())
     return min(0.25, impact.least_steps_fraction(scene.path, sets, value))
 
 
 def relaxation_limit(plane: dict, value: float, scene: Case) -> float:
-    """Share of the claimed limit at which an explicit step of granular temperature overshoots zero,
+    """Share of the bulk's limit at which an explicit step of granular temperature overshoots zero,
     where the plane takes one and its rows are cell sizes; NaN elsewhere. At e <= e_c, with L = d:
     (3/2) kap T_dot = -Q T, so dt = 3/2 kap/Q with kap = 24/(5 sqrt(pi)) sqrt(rho/E), Q = 12 (1 -
-    ee^2)/(sqrt(pi) d) (mpm/materials/kinetic_theory.hpp); the claimed limit there is that of the
+    ee^2)/(sqrt(pi) d) (mpm/materials/kinetic_theory.hpp); the bulk's limit there is that of the
     critical-state locus, h/(c sqrt(2)), c = sqrt(a_L E/rho).
     """
     if (
