@@ -22,7 +22,7 @@ def opened(path: Path) -> Iterator[BinaryIO]:
     where its compressed stream is broken or cut short.
     """
     try:
-        with open(path, "rb", BUFFER) as raw:
+        with open(path, "rb") as raw:
             yield plain(raw)
     except (EOFError, gzip.BadGzipFile, zlib.error, zstandard.ZstdError) as error:
         raise CaseError(f"{path}: broken compressed stream ({error})") from error
