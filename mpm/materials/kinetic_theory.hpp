@@ -177,6 +177,23 @@ class KineticTheory {
     return ended(c, s_old, trD, dt, -kap * held, -c.inverse_g * held);
   }
 
+  /// dp_c/d(strain) over a step of `heated` that ends at s, per bulk density [m2/s2]. With
+  /// p_c = P Y s^2, ds from the cubic, and nu d(1/G)/dnu = -1/2, what it is at the pole (0 at e_c):
+  ///     P Y s [s + s Y/2 + (2 - kap Y s) ds],   held = 3/2 T_old + heat,
+  ///     ds = [P s^2 - (held - 3/2 s^2)/2] s
+  ///          /[(3 kap + 2 dt Q) s^3 + (3/2 /G - dt P trD) s^2 + held/G] .
+  template <class Real>
+  Real pressure_modulus(const Coefficients<Real>& c, const Real& s_old, const Real& heat,
+                        const Real& s, const Real& trD, const Real& dt) const {
+    const Real held = 1.5 * s_old * s_old + heat, T = s * s, Y = softened(c, s);
+    const Real half = select(c.inverse_g > 0.0, Real(0.5), Real(0.0));
+    const Real steep = ((3.0 * kap + 2.0 * dt * c.Q) * s + 1.5 * c.inverse_g - dt * c.P * trD) * T +
+                       c.inverse_g * held;
+    const Real rise = (c.P * T - half * (held - 1.5 * T)) * s;
+    const Real ds = select(steep > 0.0, rise / steep, Real(0.0));
+    return c.P * Y * s * (s + half * Y * s + (2.0 - kap * Y * s) * ds);
+  }
+
   /// Below this solid fraction a point is empty space: no collisional stress [-].
   static constexpr double void_fraction = 1e-4;
   /// Random close packing of frictionless spheres and the packing above which velocities correlate

@@ -203,6 +203,31 @@ TEST(KineticTheory, TemperatureIsPositiveAndUniqueForAnyStep) {
   }
 }
 
+// Of a step compressed a little more and a little less, from dense to looser than the critical void
+// ratio by what softness smears the pole, cold and hot, steps shorter and longer than a collision's
+// decay. The slope of 1/G is taken at the pole and L stays: 2 % at these void ratios.
+TEST(KineticTheory, ModulusOfThePressureIsItsSlope) {
+  auto grains = seed;
+  grains.correlation = KineticTheory::Correlation::none;
+  const KineticTheory gas(grains);
+  constexpr double heat = 1e-6, little = 1e-7;
+  for (const double e : {0.70, 0.7089, 0.7091, 0.711})
+    for (const double s_old : {1e-3, 0.03})
+      for (const double dt : {1e-6, 1e-4}) {
+        const auto pressed = [&](double strain) {  // p_c over the bulk density before
+          const double after = e - (1.0 + e) * strain, trD = strain / dt;
+          const auto c = gas.coefficients(after, 0.0, s_old);
+          const double s = gas.heated(c, s_old, heat, trD, dt);
+          return (1.0 + e) / (1.0 + after) * c.P * gas.softened(c, s) * s * s;
+        };
+        const auto c = gas.coefficients(e, 0.0, s_old);
+        const double s = gas.heated(c, s_old, heat, 0.0, dt);
+        const double slope = (pressed(little) - pressed(-little)) / (2.0 * little);
+        EXPECT_NEAR(gas.pressure_modulus(c, s_old, heat, s, 0.0, dt), slope, 0.02 * slope)
+            << e << " " << s_old << " " << dt;
+      }
+}
+
 TEST(KineticTheory, GrainsAtRestStayCold) {
   const KineticTheory theory(seed);
   for (const double e : {0.6, 0.709, 0.8, 2.0})
