@@ -4,7 +4,7 @@ import gzip
 import io
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -73,6 +73,9 @@ def plain(raw: io.BufferedReader) -> BinaryIO:
 
 
 def head(path: Path, size: int) -> bytes:
-    """The first bytes of a file."""
-    with opened(path) as file:
-        return file.read(size)
+    """The first bytes of a file, or all that there are, of one that is cut short too."""
+    out = b""
+    with opened(path) as file, suppress(EOFError):
+        while len(out) < size and (piece := file.read1(size - len(out))):  # type: ignore
+            out += piece
+    return out

@@ -19,6 +19,9 @@ from compare.importing.frame import CONTACTS
 NEEDED = CONTACTS[:5]
 OPTION = 'say which they are: --contacts "first=7,second=8,fx=10,fy=11,fz=12" (numbers or names)'
 DIGITS = 1e-4  # two numbers of six digits, products of three of them, agree to this
+NOISE = 1e-9  # of the largest: what differences of doubles leave where a force is zero
+NORMAL_ALONE = "the forces are normal parts alone (no friction, or p1 p2 p3 were not dumped)"
+ALONG = "the forces are all along the line of centres (no friction, or normal parts alone)"
 NAMES = {
     "first": ("first", "id1", "patom1", "natom1", "atom1", "particle1", "i"),
     "second": ("second", "id2", "patom2", "natom2", "atom2", "particle2", "j"),
@@ -164,9 +167,7 @@ def add_tangential(
             layout.sums[role].append(name)
         layout.notes.append("force_normal and force_tangential are added")
     else:
-        layout.notes.append(
-            "the forces are all along the line of centres (no friction, or normal parts alone)"
-        )
+        layout.notes.append(ALONG)
 
 
 def wall_layout(
@@ -208,13 +209,7 @@ def of_lammps(columns: Columns) -> list[Layout]:
         Layout(
             {"first": [first], "second": [second]}
             | {role: [one[i] for one in force] for i, role in enumerate(("fx", "fy", "fz"))},
-            notes=(
-                []
-                if len(force) == 2
-                else [
-                    "the forces are normal parts alone (no friction, or no p1 p2 p3 of pair/local)"
-                ]
-            ),
+            notes=[] if len(force) == 2 else [NORMAL_ALONE],
         )
         for first, second in pairs
         for force in forces
@@ -222,31 +217,50 @@ def of_lammps(columns: Columns) -> list[Layout]:
 
 
 def forces_of(columns: Columns, names: list[str]) -> list[tuple[Triple, ...]]:
-    """The triples that may be forces, alone or two that are summed, among columns that are no ids.
-
-    A force has components of either sign. Where few contacts do not show that, what is left is
-    taken in the order of the manual: dist or not, then three or six columns.
+    """The triples that may be the force, alone or the sum of two, among columns that are no ids:
+    those that leave no column unexplained. Two triples are at a right angle in every row.
     """
-    signed = [name for name in names if np.ptp(np.sign(columns[name])) == 2]
     triples = [
         triple
         for triple in zip(names, names[1:], names[2:])
-        if all(name in signed for name in triple) and not is_distance(columns, names, triple)
+        if np.isfinite(vectors(columns, triple)).all()
     ]
-    square = [
+    square: list[tuple[Triple, ...]] = [
         (a, b)
         for at, a in enumerate(triples)
-        for b in triples[at + 1 :]
-        if not set(a) & set(b) and are_square(vectors(columns, a), vectors(columns, b))
+        for b in triples[at + 3 :]
+        if is_force(columns, a) or is_force(columns, b)
+        if are_square(vectors(columns, a), vectors(columns, b))
+        if explained(columns, names, (a, b))
     ]
-    if triples:
-        return [*square] or [(one,) for one in triples]
-    rest = names[1:] if len(names) in (4, 7) and np.all(columns[names[0]] > 0) else names
-    cut: tuple[Triple, ...] = tuple(zip(rest[::3], rest[1::3], rest[2::3]))
-    plain = len(rest) in (3, 6) and any(np.any(columns[name] < 0) for name in rest[:3])
-    if plain and (len(cut) < 2 or are_square(*(vectors(columns, one) for one in cut))):
-        return [cut]
-    return []
+    return square or [
+        (one,) for one in triples if is_force(columns, one) and explained(columns, names, (one,))
+    ]
+
+
+def is_force(columns: Columns, triple: Triple) -> bool:
+    """Whether some component is negative, which no list of distances, energies, … is."""
+    return bool(np.any(vectors(columns, triple) < 0))
+
+
+def explained(columns: Columns, names: list[str], force: tuple[Triple, ...]) -> bool:
+    """Whether what is left beside the force is zero, the size of its parts, a distance (positive
+    everywhere) or dx, dy, dz.
+    """
+    left = [name for name in names if not any(name in triple for triple in force)]
+    sizes = [norm(vectors(columns, triple)) for triple in force]
+    for triple in zip(left, left[1:], left[2:]):
+        length = norm(vectors(columns, triple))
+        others = [columns[name] for name in left if name not in triple]
+        if np.all(length > 0) and any(np.allclose(one, length, DIGITS, 0) for one in others):
+            left = [name for name in left if name not in triple]
+            break
+    return all(
+        np.all(columns[name] > 0)
+        or not columns[name].any()
+        or any(np.allclose(np.abs(columns[name]), size, DIGITS, 0) for size in sizes)
+        for name in left
+    )
 
 
 def run_before(flags: list[bool], at: int) -> int:
@@ -265,22 +279,16 @@ def are_pairs(first: np.ndarray, second: np.ndarray) -> bool:
     return bool(np.all(first != second)) and len(np.unique(pairs, axis=0)) > 0.9 * len(pairs)
 
 
-def is_distance(columns: Columns, names: list[str], triple: Triple) -> bool:
-    """Whether a triple is dx, dy, dz: its length is another column, and never zero."""
-    length = np.linalg.norm(vectors(columns, triple), axis=1)
-    return bool(np.all(length > 0)) and any(
-        np.allclose(columns[name], length, rtol=DIGITS, atol=0)
-        for name in names
-        if name not in triple
-    )
-
-
 def are_parallel(a: np.ndarray, b: np.ndarray) -> bool:
     return bool(np.all(norm(np.cross(a, b)) <= DIGITS * norm(a) * norm(b)))
 
 
 def are_square(a: np.ndarray, b: np.ndarray) -> bool:
-    return bool(np.all(np.abs(np.sum(a * b, axis=1)) <= DIGITS * norm(a) * norm(b)))
+    """Whether two vectors are at a right angle in every row where neither is a rounding error."""
+    sizes = norm(a), norm(b)
+    real = np.all([size > NOISE * size.max(initial=0.0) for size in sizes], axis=0)
+    aligned = np.abs(np.sum(a * b, axis=1)) > DIGITS * sizes[0] * sizes[1]
+    return not np.any(real & aligned)
 
 
 def norm(a: np.ndarray) -> np.ndarray:

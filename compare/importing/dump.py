@@ -2,6 +2,7 @@
 rows of a table last. Grains (`dump custom`, `dump atom`) and contacts (`dump local`) share it.
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -114,9 +115,10 @@ def read(lines: Lines, units: str | None, options: dict) -> Instant:
             break
         kind = next((one for one in SECTIONS if starts(name, one)), "")
         if kind in seen:
+            where = lines.where()
             lines.back()
             raise Incomplete(
-                f"{lines.where()}: the instant of line {here.line} ends without its rows, another "
+                f"{where}: the instant of line {here.line} ends without its rows, another "
                 f"begins with '{line.strip()}' (cut short?)"
             )
         if not kind and name.split()[:1] in ([GRAINS], ["ENTRIES"]):
@@ -166,16 +168,19 @@ def value(lines: Lines, what: str) -> str:
     return line.strip()
 
 
+def is_finite(word: str) -> bool:
+    return table.is_number(word.encode()) and bool(np.isfinite(float(word)))
+
+
 def read_step(here: Instant, lines: Lines, name: str) -> None:
     here.step = whole(lines, name)
 
 
 def whole(lines: Lines, name: str) -> int:
     word = value(lines, name)
-    try:
-        return int(word)
-    except ValueError:
-        raise CaseError(f"{lines.where()}: {shown(word)} is no whole number ({name})") from None
+    if not re.fullmatch(r"[+-]?[0-9]{1,18}", word):
+        raise CaseError(f"{lines.where()}: {shown(word)} is no whole number ({name})")
+    return int(word)
 
 
 def read_count(here: Instant, lines: Lines, name: str) -> None:
@@ -189,7 +194,7 @@ def read_count(here: Instant, lines: Lines, name: str) -> None:
 
 def read_time(here: Instant, lines: Lines, name: str) -> None:
     word = value(lines, name)
-    if not table.is_number(word.encode()) or not np.isfinite(float(word)):
+    if not is_finite(word):
         raise CaseError(f"{lines.where()}: {shown(word)} is no time")
     here.time = float(word)
 
@@ -223,7 +228,7 @@ def read_box(here: Instant, lines: Lines, name: str) -> None:
     bounds = np.empty((3, wanted))
     for row, axis in zip(bounds, "xyz"):
         numbers = value(lines, f"{axis} of {name}").split()
-        if len(numbers) != wanted or not all(table.is_number(one.encode()) for one in numbers):
+        if len(numbers) != wanted or not all(map(is_finite, numbers)):
             raise CaseError(
                 f"{lines.where()}: {shown(' '.join(numbers))} where {wanted} numbers should be "
                 f"({axis} of {name})"

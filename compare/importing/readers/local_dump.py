@@ -29,9 +29,9 @@ def frames(path: Path, options: dict) -> Iterator[Frame]:
             raise CaseError(f"{path}:{instant.header}: rows of {GRAINS} (no contacts)")
         rows = instant.columns
         contacts = {name: np.empty(0, np.int64 if name in NEEDED[:2] else float) for name in NEEDED}
-        if instant.count and any(values.any() for values in rows.values()):
-            if layout is None or not fits(layout, rows):
-                layout = find(path, options, instant)
+        if instant.count and (layout is None or not fits(layout, rows)):
+            layout = find(path, options, instant)
+        if instant.count and layout is not None:
             contacts = of(path, instant, layout)
         source = f"{path}:{instant.line}"
         yield Frame(source, {}, instant.step, instant.time, instant.box, instant.units, contacts)
@@ -41,14 +41,15 @@ def fits(layout: Layout, rows: dict) -> bool:
     return all(name in rows for names in layout.sums.values() for name in names)
 
 
-def find(path: Path, options: dict, instant: Instant) -> Layout:
+def find(path: Path, options: dict, instant: Instant) -> Layout | None:
     """The layout of the file's columns: where this instant has too few contacts to tell, of the
-    first later one that does.
+    first one that does. None where no instant can have a force.
     """
     where = f"{path}:{instant.header}"
     if words := options.get("contacts"):
         return contact_columns.of_user(words, instant.names, instant.columns, where)
     fit: list[Layout] = []
+    some = False
     for other in (instant, *instants(path, dict(options, notes=[]))):
         if other.names == instant.names and other.count:
             layout = contact_columns.of_names(other.columns)
@@ -57,11 +58,20 @@ def find(path: Path, options: dict, instant: Instant) -> Layout:
                 for text in fit[0].notes:
                     note(options, f"{path}: {text}")
                 return fit[0]
+            some = some or can_have_forces(other.columns)
+    if not some:
+        return None
     which = "several could be" if fit else "none seem to be"
     raise CaseError(
         f"{where}: which columns are the two ids and the force? ({which}, of "
         f"{' '.join(instant.names)}) {OPTION}"
     )
+
+
+def can_have_forces(rows: dict) -> bool:
+    """Whether there is more in a table than the ids of pairs and their distance."""
+    told = sum(bool(values.any()) for values in rows.values())
+    return told > (3 if len(rows) > len(NEEDED) else 2)
 
 
 def of(path: Path, instant: Instant, layout: Layout) -> dict[str, np.ndarray]:
