@@ -97,9 +97,8 @@ def of_content(columns: Columns) -> list[Layout]:
     """Every layout that fits what the columns hold; one where that tells."""
     groups: dict[str, dict[int, str]] = {}
     for name in columns:
-        found = re.fullmatch(r"([cf]_\w+)\[(\d+)\]", name)
-        if found:
-            groups.setdefault(found[1], {})[int(found[2])] = name
+        if compute := compute_of(name):
+            groups.setdefault(compute, {})[int(name[len(compute) + 1 : -1])] = name
     one = [
         layout
         for group in groups.values()
@@ -107,6 +106,12 @@ def of_content(columns: Columns) -> list[Layout]:
         if (layout := of_liggghts(columns, group, start))
     ]
     return one or of_lammps(columns)
+
+
+def compute_of(name: str) -> str:
+    """The compute or fix that a column with a number is of: c_pair of c_pair[3]."""
+    found = re.fullmatch(r"([cf]_\w+)\[[0-9]{1,9}\]", name)
+    return found[1] if found else ""
 
 
 def are_ids(values: np.ndarray, least: int) -> bool:
@@ -194,7 +199,7 @@ def wall_layout(
 
 def of_lammps(columns: Columns) -> list[Layout]:
     """The layouts of `property/local` and `pair/local`: two adjacent columns of ids, and in what
-    is no id one triple of forces, or two at a right angle to each other.
+    is no id, of another compute, one triple of forces, or two at a right angle to each other.
     """
     names = [name for name in columns if name != "index"]
     whole = [are_ids(columns[name], 1) for name in names]
@@ -213,6 +218,7 @@ def of_lammps(columns: Columns) -> list[Layout]:
         )
         for first, second in pairs
         for force in forces
+        if not compute_of(first) or compute_of(first) != compute_of(force[0][0])
     ]
 
 

@@ -107,7 +107,7 @@ class Cursor:
                 raise self.short(what)
             self.at = stop + 1
         if len(words) > count:
-            raise CaseError(f"{self.where()}: {what} has more than {count} numbers")
+            raise CaseError(f"{self.where()}: {what} does not end a line with its number {count}")
         return words
 
     def short(self, what: str) -> Incomplete:

@@ -80,7 +80,7 @@ region fill block 0 0.0054 0 0.0054 0.0004 0.004 units box
 create_atoms 1 region fill
 set group all density 2500
 set group all diameter 0.001
-velocity all set 0.1 0.0 -0.3
+velocity all set 0.1 0.0 -0.25
 fix integr all nve/sphere
 compute pg all pair/gran/local {words}
 compute wg all wall/gran/local id pos force
