@@ -164,7 +164,7 @@ def read(path: Path, data: bytes) -> Cloud:
     if kind.startswith("P") and kind[1:] in GRIDS:
         return gathered(path, kind, document)
     cloud = Cloud(kind)
-    grid = document.root.find(kind) if kind else None
+    grid = next((one for one in document.root if one.tag == kind), None)
     if grid is None:
         raise CaseError(f"{path}: no {kind or 'grid'} in the VTKFile")
     for element in grid.findall("FieldData/DataArray"):
