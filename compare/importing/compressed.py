@@ -4,7 +4,7 @@ import gzip
 import io
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -14,6 +14,36 @@ from cases.errors import CaseError
 
 GZIP, ZSTD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
 BUFFER = 1 << 20  # bytes
+PIECE = 4096  # bytes of a zstd stream taken at a time: one may swell forty thousandfold
+
+
+class ZstdStream(io.RawIOBase):
+    """What a zstd file holds; raises EOFError where its last frame has no end, of which the
+    library's own stream says nothing.
+    """
+
+    def __init__(self, raw: BinaryIO):
+        self._raw, self._packed, self._plain = raw, b"", b""
+        self._frame: Any = None  # what decompresses the frame that is open
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        while not self._plain:
+            packed = self._packed or self._raw.read(PIECE)
+            if not packed:
+                if self._frame is not None:
+                    raise EOFError("zstd stream ended before its end mark")
+                return 0
+            if self._frame is None:
+                self._frame = zstandard.ZstdDecompressor().decompressobj()
+            self._plain, self._packed = self._frame.decompress(packed), b""
+            if self._frame.eof:
+                self._packed, self._frame = self._frame.unused_data, None
+        size = min(len(buffer), len(self._plain))
+        buffer[:size], self._plain = self._plain[:size], self._plain[size:]
+        return size
 
 
 @contextmanager
@@ -36,13 +66,16 @@ def plain(raw: io.BufferedReader) -> BinaryIO:
     if magic[:2] == GZIP:
         packed: Any = gzip.GzipFile(fileobj=raw)
     elif magic == ZSTD:
-        packed = zstandard.ZstdDecompressor().stream_reader(raw, read_across_frames=True)
+        packed = ZstdStream(raw)
     else:
         return raw
     return cast(BinaryIO, io.BufferedReader(packed, BUFFER))
 
 
 def head(path: Path, size: int) -> bytes:
-    """The first bytes of a file."""
-    with opened(path) as file:
-        return file.read(size)
+    """The first bytes of a file, or all that there are, of one that is cut short too."""
+    out = b""
+    with opened(path) as file, suppress(EOFError):
+        while len(out) < size and (piece := file.read1(size - len(out))):  # type: ignore
+            out += piece
+    return out
