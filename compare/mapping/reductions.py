@@ -89,8 +89,10 @@ def main_mass(run: Run, frame: int) -> np.ndarray:
 
 def crossing_time(t: np.ndarray, values: np.ndarray, target: float) -> float:
     """First time the piecewise linear series reaches the target from below; NaN when it
-    never does.
+    never does, or is one instant.
     """
+    if len(t) < 2:
+        return float("nan")
     reached = np.flatnonzero(values >= target)
     if not len(reached):
         return float("nan")

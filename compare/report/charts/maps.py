@@ -18,7 +18,7 @@ def instants(comparison) -> list[tuple[int, int]]:
     frames = common_frames(mpm, dem)
     peak = dem.energy_tau()[np.argmax(dem.joules("kinetic"))]
     tau = mpm.tau()
-    chosen = [min(frames, key=lambda f: abs(tau[f[0]] - t)) for t in (peak, 1.8 * peak)]
+    chosen = [min(frames, key=lambda f: abs(tau[f[0]] - t)) for t in (peak, 1.8 * peak) if frames]
     return sorted({*chosen, (len(mpm.time) - 1, len(dem.time) - 1)})
 
 
@@ -71,7 +71,9 @@ def draw_maps(comparison, narrow, values, label, norm, cmap, engines=("mpm", "de
         )
         ax.set(aspect="equal", xlim=(0.0, far / length), ylim=(0.0, top / length))
         ax.grid(False)
-        ax.set_title(f"{LABEL[run.engine]}, t = {run.tau()[frame]:.1f} √(H/g)", loc="left")
+        t = run.tau()[frame]
+        when = f"t = {t:.1f} √(H/g)" if np.isfinite(t) else "at a time that is not told"
+        ax.set_title(f"{LABEL[run.engine]}, {when}", loc="left")
     for ax in axes[:, 0]:
         ax.set_ylabel("$y/L_0$")
     for ax in axes[-1]:
