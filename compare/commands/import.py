@@ -20,7 +20,9 @@ TARGETS = ["mpm_case"]
 
 def arguments(parser):
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="frames of the run")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="the grains")
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, metavar="FILE", help="the grains"
+    )
     parser.add_argument("--force", action="store_true", help="replace a file that is there")
     parser.add_argument("--quiet", action="store_true", help="show no progress and no summary")
     importing.arguments(parser)

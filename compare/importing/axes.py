@@ -93,6 +93,7 @@ def chosen(
     flow: str | None,
     gravity: np.ndarray | None,
     size: np.ndarray | None,
+    source: str,
     notes: list[str],
 ) -> Axes:
     """The axes that are asked for, else those that can be told. `gravity` (3,) in the file's axes;
@@ -100,17 +101,17 @@ def chosen(
     y was to be taken for up and is not.
     """
     if up is None:
-        up = told_up(seen, gravity, size, notes)
+        up = told_up(seen, gravity, size, source, notes)
     if flow is None:
         flow = fitting_flow(seen, up, size)
         if flow != "x":
             notes.append(f"assumed: {flow} is along the flow")
         if size is not None and seen.moved is not None:
-            refuse_backwards(seen, flow)
+            refuse_backwards(seen, flow, source)
     return Axes.of(up, flow)
 
 
-def told_up(seen: Seen, gravity, size, notes: list[str]) -> str:
+def told_up(seen: Seen, gravity, size, source: str, notes: list[str]) -> str:
     """Raises CaseError where nothing tells it and y is implausible."""
     if gravity is not None and np.any(gravity):
         return word_of(-gravity)
@@ -122,7 +123,7 @@ def told_up(seen: Seen, gravity, size, notes: list[str]) -> str:
         return up
     why, other = implausible(seen, size)
     if why:
-        raise CaseError(f"axes: y is not up ({why}) give --up {other}, or --up y if it is")
+        raise CaseError(f"{source}: y is not up ({why}) give --up {other}, or --up y if it is")
     notes.append("assumed: y is up")
     return "y"
 
@@ -140,7 +141,9 @@ def implausible(seen: Seen, size) -> tuple[str, str]:
         best = min(("y", *others), key=lambda up: misfit(seen, up, size))
         if best != "y" and misfit(seen, "y", size) > SLACK * misfit(seen, best, size):
             across = fitting_flow(seen, "y", size)
-            extents = ", ".join(f"{1e3 * one:.3g}" for one in Axes.of("y", across).vectors(seen.extent))
+            extents = ", ".join(
+                f"{1e3 * one:.3g}" for one in Axes.of("y", across).vectors(seen.extent)
+            )
             return f"the column would be {extents} mm large, the case's is {_mm(size)}", best
     if seen.moved is not None and seen.moved[1] > 0.1 * seen.grain:
         falling = [word for word in others if seen.moved["xyz".index(word)] < -0.1 * seen.grain]
@@ -173,13 +176,13 @@ def fitting_flow(seen: Seen, up: str, size) -> str:
     return second if factors[0] > SLACK * factors[1] else first
 
 
-def refuse_backwards(seen: Seen, flow: str):
+def refuse_backwards(seen: Seen, flow: str, source: str):
     """Raises CaseError where the grains run against the flow, by more than a grain on average."""
     assert seen.moved is not None
     way = float(direction(flow) @ seen.moved)
     if way < -seen.grain:
         back = flow[1:] if flow.startswith("-") else f"-{flow}"
         raise CaseError(
-            f"axes: the grains run along {back} (their centre of mass goes {-1e3 * way:.3g} mm) "
+            f"{source}: the grains run along {back} (their centre of mass goes {-1e3 * way:.3g} mm) "
             f"give --flow {back}, or --flow {flow} if that is meant"
         )

@@ -15,6 +15,7 @@ DOCS = {
     "rotational": "of the grains' spins",
     "potential": "minus sum of m g x, zero at the origin",
     "lost": "of grains that vanished, as they had it last, less what grains that came had first",
+    "lost_potential": "what of lost is potential energy",
     "dissipated": "what was there at the first frame, is held no more and did not vanish with grains",
     "unaccounted": "none: what is not told otherwise counts as dissipated",
 }
@@ -26,8 +27,10 @@ class Ledger:
 
     gravity: np.ndarray
     rows: dict[str, list[float]] = field(default_factory=lambda: {name: [] for name in DOCS})
-    before: tuple[np.ndarray, np.ndarray] | None = None  # ids and energies of the last frame
+    # ids, energies and potential energies of the last frame
+    before: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
     gone: float = 0.0
+    gone_potential: float = 0.0
     vanished: int = 0
     came: int = 0
 
@@ -45,23 +48,27 @@ class Ledger:
         kinetic = 0.5 * mass * np.sum(velocity**2, axis=1)
         rotational = np.zeros_like(mass)
         if spin is not None:
-            rotational = 0.2 * mass * radius**2 * np.sum(spin**2, axis=1)  # 2/5 m r2 of a sphere
+            rotational = (
+                0.2 * mass * radius**2 * np.sum(spin**2, axis=1)
+            )  # 2/5 m r2 of a sphere
         potential = -mass * (place @ self.gravity)
         each = kinetic + rotational + potential
         if self.before is not None and not np.array_equal(self.before[0], ids):
-            old_ids, old = self.before
+            old_ids, old, old_potential = self.before
             left = ~np.isin(old_ids, ids, assume_unique=True)
             new = ~np.isin(ids, old_ids, assume_unique=True)
             self.gone += float(old[left].sum() - each[new].sum())
+            self.gone_potential += float(old_potential[left].sum() - potential[new].sum())
             self.vanished += int(left.sum())
             self.came += int(new.sum())
-        self.before = ids, each
+        self.before = ids, each, potential
         for name, value in (
             ("time", time),
             ("kinetic", kinetic.sum()),
             ("rotational", rotational.sum()),
             ("potential", potential.sum()),
             ("lost", self.gone),
+            ("lost_potential", self.gone_potential),
         ):
             self.rows[name].append(float(value))
 

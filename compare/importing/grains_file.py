@@ -105,7 +105,8 @@ class GrainsFile:
         kind = np.where(wall, GLUED, 1).astype(np.int8)
         units = {"mass": "kg", "solid_volume": "m3", "radius": "m"}
         for name, values in ({"id": ids, "kind": kind} | scalars).items():
-            record(cloud, name, values, units.get(name, "-"), **PACKED)
+            packed = PACKED if is_worth_it(values) else {}
+            record(cloud, name, values, units.get(name, "-"), **packed)
 
     def contacts(self, step: int, contacts: Contacts):
         """Those of a frame that is there."""
@@ -148,6 +149,12 @@ def record(parent: h5py.Group, name: str, values: np.ndarray, unit: str, **packe
         ]
     for part in parts:
         part.attrs.update({"unitSI": 1.0, "unit": unit})
+
+
+def is_worth_it(values: np.ndarray) -> bool:
+    """Whether a column deflates well: whole numbers, or few different values."""
+    some = values[:: max(1, len(values) // 1000)]
+    return values.dtype.kind != "f" or len(np.unique(some)) < len(some) / 10
 
 
 def about(thing: h5py.HLObject, unit: str):

@@ -37,6 +37,11 @@ def wrapped(places: np.ndarray, box: Box | None) -> np.ndarray:
     """The images inside the box of places (N, 3)."""
     if box is None or not np.any(box.periodic):
         return places
+    if box.tilt is None:
+        around = np.asarray(box.periodic, bool)
+        low, high = places.min(axis=0), places.max(axis=0)
+        if np.all((low >= box.lower) & (high < box.upper) | ~around):
+            return places
     return shifted(places - box.lower, box, np.floor) + box.lower
 
 

@@ -35,7 +35,9 @@ def instants(spool: Spool, pieces: Sequence[Piece], notes: list[str]) -> list[In
         joined(spool, groups.setdefault(name, []), piece, repeated)
     if repeated:
         more = f" and {len(repeated) - 1} more" if len(repeated) > 1 else ""
-        notes.append(f"merged: of a frame that is there twice the later one counts ({repeated[0]}{more})")
+        notes.append(
+            f"merged: of a frame that is there twice the later one counts ({repeated[0]}{more})"
+        )
     parts = max((len(group) for group in groups.values()), default=1)
     if parts > 1:
         notes.append(f"merged: frames of up to {parts} parts each")
@@ -108,19 +110,18 @@ def refuse_unnamed(found: Sequence[Instant]):
         )
 
 
-def ids_of(spool: Spool, instant: Instant) -> tuple[np.ndarray, np.ndarray]:
-    """Ids (N,) in order, and the rows of the joined pieces in that order. Raises CaseError with an
-    id that is no whole number, or is there twice.
+def ids_of(spool: Spool, instant: Instant) -> tuple[np.ndarray, np.ndarray | None]:
+    """Ids (N,) in order, and the rows of the joined pieces in that order, None where they are so
+    already. Raises CaseError with an id that is no whole number, or is there twice.
     """
     if "id" not in instant.pieces[0].columns:
-        count = instant.pieces[0].count
-        return np.arange(1, count + 1), np.arange(count)
+        return np.arange(1, instant.pieces[0].count + 1), None
     values = np.concatenate([spool.column(piece, "id") for piece in instant.pieces])
     ids = np.rint(np.nan_to_num(values, nan=0.5)).astype(np.int64)
     if np.any(wrong := ids != values):
         raise CaseError(f"{instant.source}: id {values[wrong][0]:g} (no whole number)")
-    order = np.argsort(ids, kind="stable")
-    ids = ids[order]
+    order = np.argsort(ids, kind="stable") if len(instant.pieces) > 1 else None
+    ids = ids if order is None else ids[order]
     twice = np.unique(ids[1:][ids[1:] == ids[:-1]])
     if len(twice):
         more = f", and {len(twice) - 1} more ids" if len(twice) > 1 else ""

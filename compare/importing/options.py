@@ -19,14 +19,26 @@ def arguments(parser):
     add = group.add_argument
     add("--format", metavar="NAME", help="format of the files, where it is not told by them")
     add(
-        "--contacts-from", nargs="+", type=Path, default=[], metavar="FILE", help="files of contacts"
+        "--contacts-from",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="FILE",
+        help="files of contacts",
     )
     add("--contacts", metavar="COLUMNS", help='their columns: "first=7,second=8,fx=10,fy=11,fz=12"')
     add("--case", type=Path, help="case file of the scene that the grains are of")
     add("--time-step", type=positive, metavar="S", help="of the run, where frames tell no time [s]")
     add("--density", type=positive, metavar="RHO", help="where the files tell no masses [kg/m3]")
-    add("--diameter", type=positive, metavar="D", help="of all grains, where files tell no radii [m]")
-    add("--units", choices=[*units.SYSTEMS, "lj"], help="of the files (default: as they say, or si)")
+    add(
+        "--diameter",
+        type=positive,
+        metavar="D",
+        help="of all grains, where files tell no radii [m]",
+    )
+    add(
+        "--units", choices=[*units.SYSTEMS, "lj"], help="of the files (default: as they say, or si)"
+    )
     for name in ("length", "mass", "time"):
         add(f"--lj-{name}", type=positive, metavar="X", help=f"unit of {name} of units lj")
     add("--up", choices=axes.WORDS, help="axis of the files that is up")

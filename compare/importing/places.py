@@ -51,7 +51,13 @@ def walls(edges: Edges, box: Box | None, grain: float) -> tuple[np.ndarray, np.n
 
 
 def origin(
-    edges: Edges, box: Box | None, low: np.ndarray, grain: float, axes: Axes, notes: list[str]
+    edges: Edges,
+    box: Box | None,
+    low: np.ndarray,
+    grain: float,
+    axes: Axes,
+    source: str,
+    notes: list[str],
 ) -> np.ndarray:
     """Where a case's origin is, (3,) [m] in our axes as turned so far. Raises CaseError where the
     column stands elsewhere and nothing tells by how much.
@@ -73,7 +79,7 @@ def origin(
             there = axes.turn.T @ np.where(np.arange(3) == k, edges.low, _known(low, box))
             words = " ".join(f"{one:.6g}" for one in there)
             raise CaseError(
-                f"axes: the grains begin at {edges.low[k]:.6g} m along {axes.words[k]}, the case "
+                f"{source}: the grains begin at {edges.low[k]:.6g} m along {axes.words[k]}, the case "
                 f"has its {name} at 0 (nothing tells where it is) give --origin {words}"
             )
     return out

@@ -49,7 +49,8 @@ class Series(Sequence[Grains]):
         self, spool: Spool, instants: list[Instant], units: Units, diameter: float | None = None
     ):
         self.spool, self.instants, self.units, self.diameter = spool, instants, units, diameter
-        self.first_id = min((int(ids_of(spool, one)[0].min(initial=1)) for one in instants))
+        least = [one.least for part in instants for one in part.pieces if one.least is not None]
+        self.first_id = 0 if least and min(least) == 0.0 else 1
 
     def __len__(self) -> int:
         return len(self.instants)
@@ -87,8 +88,8 @@ class Series(Sequence[Grains]):
             told.get("type"),
         )
 
-    def columns(self, instant: Instant, order: np.ndarray) -> dict[str, np.ndarray]:
-        """Columns of the joined pieces in SI, rows in `order`, id left out."""
+    def columns(self, instant: Instant, order: np.ndarray | None) -> dict[str, np.ndarray]:
+        """Columns of the joined pieces in SI, rows in `order` where it is given, id left out."""
         names = set(instant.pieces[0].columns)
         for piece in instant.pieces[1:]:
             if set(piece.columns) != names:
@@ -102,11 +103,11 @@ class Series(Sequence[Grains]):
             if given and given != set(axes) and axes != VECTORS["stress"]:
                 lacking = [axis for axis in axes if axis not in names]
                 raise CaseError(f"{instant.source}: no column {', '.join(lacking)}")
-        joined = {
-            name: np.concatenate([self.spool.column(piece, name) for piece in instant.pieces])
-            for name in names - {"id"}
-        }
-        told = {name: values[order].astype(float) for name, values in joined.items()}
+        told = {}
+        for name in names - {"id"}:
+            parts = [self.spool.column(piece, name) for piece in instant.pieces]
+            values = np.asarray(parts[0] if len(parts) == 1 else np.concatenate(parts), float)
+            told[name] = values if order is None else values[order]
         return self.units.columns(told)
 
     def radii(self, instant: Instant, told: dict, count: int) -> np.ndarray:

@@ -28,10 +28,13 @@ class Piece:
     columns: tuple[str, ...]
     contacts: tuple[str, ...] | None
     count: int
+    least: float | None  # id
 
 
 class Spool:
-    """Pieces in the order in which they came; columns that no grains' file needs are not kept."""
+    """Pieces in the order in which they came, each in the order of its ids; columns that no grains'
+    file needs are not kept.
+    """
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -40,7 +43,10 @@ class Spool:
     def add(self, frame: Frame):
         number = len(self.pieces)
         kept = {name: values for name, values in frame.columns.items() if name in KEPT}
+        ids = kept.get("id", np.empty(0))
+        order = None if np.all(ids[1:] >= ids[:-1]) else np.argsort(ids, kind="stable")
         for name, values in kept.items():
+            values = values if order is None else values[order]
             np.save(self.place(number, name), values)
         for name, values in (frame.contacts or {}).items():
             np.save(self.place(number, f"contact.{name}"), values)
@@ -55,6 +61,7 @@ class Spool:
                 tuple(kept),
                 None if frame.contacts is None else tuple(frame.contacts),
                 len(next(iter(kept.values()), ())),
+                float(ids.min()) if len(ids) else None,
             )
         )
 

@@ -42,7 +42,10 @@ def survey(
     if not pieces:
         raise CaseError(f"{options.files[0]}: no grains (in no frame)")
     unit = units.chosen(
-        [(piece.source, piece.units) for piece in spool.pieces], options.units, options.scales, notes
+        [(piece.source, piece.units) for piece in spool.pieces],
+        options.units,
+        options.scales,
+        notes,
     )
     diameter = options.diameter or (scene["grains.diameter"] if scene else None)
     series = Series(spool, merge.instants(spool, pieces, notes), unit, diameter)
@@ -53,7 +56,9 @@ def survey(
     if "radius" not in pieces[0].columns:
         notes.append(f"assumed: all diameters are {diameter:g} m (the file has no radii)")
     if first.velocity is None:
-        notes.append("assumed: velocities are zero (the file has none): what needs them means nothing")
+        notes.append(
+            "assumed: velocities are zero (the file has none): what needs them means nothing"
+        )
     if series.first_id == 0:
         notes.append("turned: ids start at 1 here, at 0 in the file")
     wall = walls.ids(series, options.walls, notes)
@@ -68,6 +73,7 @@ def survey(
         options.flow,
         gravity,
         None if scene is None else truth.column(scene),
+        first.source,
         notes,
     )
     if gravity is None:
@@ -155,13 +161,15 @@ def located(
         turned = axes.Axes(turned.turn, np.array(options.origin))
     here: Box | None = None if box is None else turned.box(box)
     if box is not None and here is not None and np.sum(here.periodic) < np.sum(box.periodic):
-        notes.append("dropped: a tilted box repeats here only along those of its edges that are axes")
+        notes.append(
+            "dropped: a tilted box repeats here only along those of its edges that are axes"
+        )
     edges = edges_of(series, wall, turned)
     low, high = places.walls(edges, here, grain)
     if scene is None:
         return turned, edges, low, high
     if options.origin is None:
-        by = places.origin(edges, here, low, grain, turned, notes)
+        by = places.origin(edges, here, low, grain, turned, series[0].source, notes)
         turned = axes.Axes(turned.turn, turned.turn.T @ by)
         edges = places.moved(edges, by)
         high = high - by
@@ -182,7 +190,7 @@ def times_of(
         times = np.array(told, float)
         if time_step is not None and len(times) > 1:
             own = (times[-1] - times[0]) / (steps[-1] - steps[0])
-            truth.disagree("time step", own, time_step, "s", "--time-step", notes)
+            truth.disagree("time step", own, time_step, " s", "--time-step", notes)
     elif time_step is not None:
         times = time_step * steps
     elif len(series) == 1:
@@ -197,7 +205,9 @@ def times_of(
         times = np.full(len(series), np.nan)
     if np.any(np.diff(times) <= 0.0):
         k = int(np.argmax(np.diff(times) <= 0.0)) + 1
-        raise CaseError(f"{series.instants[k].source}: its time is not after that of the frame before")
+        raise CaseError(
+            f"{series.instants[k].source}: its time is not after that of the frame before"
+        )
     if len(series) == 1:
         notes.append("absent: all that needs several frames (there is one)")
     since_first = scene is not None and len(series) > 1

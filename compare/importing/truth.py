@@ -40,7 +40,7 @@ def matter(first: Grains, asked: float | None, scene: Case | None, notes: list[s
     if told:
         own = float(Matter(None).masses(first).sum() / first.volume.sum())
         if asked is not None:
-            disagree("density", own, asked, "kg/m3", "--density", notes)
+            disagree("density", own, asked, " kg/m3", "--density", notes)
         return Matter(None)
     if asked is None and scene is not None:
         notes.append(f"assumed: the case's density, {scene['grains.density']:g} kg/m3")
@@ -51,8 +51,12 @@ def matter(first: Grains, asked: float | None, scene: Case | None, notes: list[s
 def disagree(what: str, own: float, other: float, unit: str, whose: str, notes: list[str]):
     """Notes a disagreement above SAID."""
     if abs(own / other - 1.0) > SAID:
-        size = f"{100 * (own / other - 1.0):+.0f} %" if 0.5 < own / other < 2 else f"{own / other:.3g} times"
-        notes.append(f"disagrees: {what} {own:.4g} {unit}, {whose} {other:.4g} ({size})")
+        size = (
+            f"{100 * (own / other - 1.0):+.0f} %"
+            if 0.5 < own / other < 2
+            else f"{own / other:.3g} times"
+        )
+        notes.append(f"disagrees: {what} {own:.4g}{unit}, {whose} {other:.4g} ({size})")
 
 
 @dataclass(frozen=True)
@@ -103,11 +107,11 @@ def against_case(
                 f"{source}: {what} {own:.4g} m, {scene.path} {other:.4g} m (another scene, or "
                 "other units) see --units"
             )
-        disagree(what, float(own), float(other), "m", "the case", notes)
+        disagree(what, float(own), float(other), " m", "the case", notes)
     rho, d = scene["grains.density"], scene["grains.diameter"]
     solid = float(np.prod(size)) / (1.0 + scene["initial.void_ratio"])
-    disagree("density", sizes.density, rho, "kg/m3", "the case", notes)
-    disagree("mass", sizes.mass, solid * rho, "kg", "the case", notes)
+    disagree("density", sizes.density, rho, " kg/m3", "the case", notes)
+    disagree("mass", sizes.mass, solid * rho, " kg", "the case", notes)
     disagree("number of grains", sizes.count, solid / (np.pi / 6.0 * d**3), "", "the case", notes)
     if span:
         scale = float(np.sqrt(scene["geometry.height"] / scene["geometry.gravity"]))

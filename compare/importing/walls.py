@@ -71,6 +71,8 @@ def frozen(series: Series, notes: list[str]) -> np.ndarray:
         assert grains.velocity is not None
         moving = np.any(grains.velocity[rows] != 0.0, axis=1)
         still &= (far <= STILL * first.radius) & ~moving
+        if not still.any():
+            return np.array([], dtype=np.int64)
     if still.all():
         notes.append("walls: none, since nothing moves")
         return np.array([], dtype=np.int64)

@@ -193,7 +193,7 @@ def tell(
     if deep > plausible.DEEPEST:
         notes.append(f"implausible: two grains overlap by {100 * deep:.0f} % of a diameter")
     potential = rows["potential"]
-    released = potential[0] - potential[-1] - rows["lost"][-1]
+    released = potential[0] - potential[-1] - rows["lost_potential"][-1]
     if len(potential) > 1 and released < -1e-6 * np.abs(potential).max():
         notes.append(
             f"implausible: the grains gain {-released:.3g} J of potential energy (is up right?)"

@@ -195,6 +195,8 @@ def masked_error(mpm: Run, dem: Run, field) -> float:
     difference = reference = 0.0
     for i, k in common_frames(mpm, dem):
         mask = dense_in_both(mpm, dem, i, k)
+        if not mask.any():
+            continue
         a, b = (
             field(run, frame)[mask].reshape(mask.sum(), -1) for run, frame in ((mpm, i), (dem, k))
         )

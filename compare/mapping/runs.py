@@ -228,10 +228,12 @@ class Run:
         return kinetic - self.normalised("fluctuation") if self.engine == "dem" else kinetic
 
     def released(self) -> float:
-        """Potential energy at release minus that at the end [J]; NaN where there is one instant."""
+        """Potential energy at release minus that at the end [J], that of grains that vanished left
+        out; NaN where there is one instant.
+        """
         if len(self.energy["time"]) < 2:
             return float("nan")
-        potential = self.joules("potential")
+        potential = self.joules("potential") + self.joules("lost_potential")
         return float(potential[0] - potential[-1])
 
 

@@ -36,12 +36,14 @@ def draw_maps(comparison, narrow, values, label, norm, cmap, engines=("mpm", "de
     runs = [comparison.first[k] for k in chosen]
     length = runs[0].length
     grid = runs[0].fields.grid
-    top = 1.12 * max(surface(run, frame).max() for run, frame in zip(runs, shown[0]))
+    top = 1.12 * max(
+        grid.spacing, *(surface(run, frame).max() for run, frame in zip(runs, shown[0]))
+    )
     far = (
         max(
             grid.x[
                 (run.fields["solid_fraction"][f] > 0.25 * bulk_solid_fraction(run)).any(axis=0)
-            ].max()
+            ].max(initial=grid.x[0])
             for pair in shown
             for run, f in zip(runs, pair)
         )

@@ -28,7 +28,9 @@ def matter_lost(c, metrics):
             if share > 0.0:
                 advice = f"Lower {engine}.time_step_fraction."
                 if engine == "dem" and any(run.imported for run in runs):
-                    advice = "Have all of them written; their energy stands as lost, not dissipated."
+                    advice = (
+                        "Have all of them written; their energy stands as lost, not dissipated."
+                    )
                 yield Finding(
                     Severity.INVALID,
                     f"{100 * share:.2g} % of the points of the {SIDE[engine]} {words}{which}.",
