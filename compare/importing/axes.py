@@ -183,6 +183,6 @@ def refuse_backwards(seen: Seen, flow: str, source: str):
     if way < -seen.grain:
         back = flow[1:] if flow.startswith("-") else f"-{flow}"
         raise CaseError(
-            f"{source}: the grains run along {back} (their centre of mass goes {-1e3 * way:.3g} mm) "
-            f"give --flow {back}, or --flow {flow} if that is meant"
+            f"{source}: the grains run along {back} (their centre of mass goes {-1e3 * way:.3g} "
+            f"mm) give --flow {back}, or --flow {flow} if that is meant"
         )

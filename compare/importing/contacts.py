@@ -17,6 +17,7 @@ from compare.importing.units import Units
 
 OTHER_WALL = -6  # second of a contact with a wall that the file does not number
 SURE = 0.5  # share of the forces times branches that must have one sign to tell it
+APART = 2.0  # sums of radii: beyond it no force of contact, or of a liquid bridge, acts
 NEEDED = ("first", "second", "fx", "fy", "fz")
 
 
@@ -85,6 +86,7 @@ class Joiner:
         branch = lattice.nearest(grains.place[rows] - grains.place[others], box)
         if {"bx", "by", "bz"} <= names:
             branch = np.where(wall[:, None], turn * stacked(all_of, "bx", "by", "bz"), branch)
+        self.refuse_far(source, first, second, branch, grains, rows, others)
         share = grains.radius[rows] / (grains.radius[rows] + grains.radius[others])
         point = grains.place[rows] - share[:, None] * branch
         told_point = stacked(all_of, "px", "py", "pz") if {"px", "py", "pz"} <= names else None
@@ -99,6 +101,19 @@ class Joiner:
         out = Contacts(first, second, branch, point, force, power)
         out = once(source, out, self.once_said)
         return self.signed(source, out)
+
+    def refuse_far(self, source, first, second, branch, grains, rows, others):
+        """Raises CaseError where grains that are said to touch are apart."""
+        touching = grains.radius[rows] + grains.radius[others]
+        length = np.linalg.norm(branch, axis=1)
+        apart = (second > 0) & (length > APART * touching) & (first != second)
+        if apart.any():
+            k = int(np.argmax(apart))
+            raise CaseError(
+                f"{source}: grains {first[k]} and {second[k]} touch, but are {length[k]:.4g} m "
+                f"apart, their radii sum to {touching[k]:.4g} m (another instant, or a periodic "
+                "box that is not told?)"
+            )
 
     def numbers(self, source: str, values: np.ndarray) -> np.ndarray:
         """Ids of grains, and negative numbers of walls."""
@@ -188,10 +203,14 @@ def once(source: str, contacts: Contacts, say) -> Contacts:
     if np.any(count > 1):
         say(f"dropped: contacts of two grains that are told twice ({source})")
     power = None if contacts.power is None else contacts.power[keep]
-    parts = (
-        getattr(contacts, name)[keep] for name in ("first", "second", "branch", "point", "force")
+    return Contacts(
+        contacts.first[keep],
+        contacts.second[keep],
+        contacts.branch[keep],
+        contacts.point[keep],
+        contacts.force[keep],
+        power,
     )
-    return Contacts(*parts, power)
 
 
 def grouped(

@@ -16,7 +16,7 @@ DOCS = {
     "potential": "minus sum of m g x, zero at the origin",
     "lost": "of grains that vanished, as they had it last, less what grains that came had first",
     "lost_potential": "what of lost is potential energy",
-    "dissipated": "what was there at the first frame, is held no more and did not vanish with grains",
+    "dissipated": "what was there at first, is held no more and did not vanish with grains",
     "unaccounted": "none: what is not told otherwise counts as dissipated",
 }
 

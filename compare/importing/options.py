@@ -12,7 +12,7 @@ from compare.importing.walls import Chosen
 
 
 def arguments(parser):
-    """All but the files themselves and what is written. Numbers are SI, whatever the file's units."""
+    """All but the files themselves and what is written. Numbers are SI, whatever the units."""
     # -x is an axis and -1e-3 a number, no options
     parser._negative_number_matcher = re.compile(r"^-(\d|\.\d|[xyz]$)")
     group = parser.add_argument_group("grains of other programs (numbers in SI units)")

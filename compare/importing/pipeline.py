@@ -40,6 +40,7 @@ def convert(options: Options, scene: Case | None, output: Path, quiet: bool = Tr
 def gather(spool: Spool, options: Options, notes: list[str], shown: Progress) -> str:
     """Reads all files into the spool; returns what made them."""
     words: list[str] = []
+    jobs: list[tuple[Path, tuple[str, ...], str | None]]
     jobs = [(path, ("grains", "contacts"), options.format) for path in options.files]
     jobs += [(path, ("contacts",), None) for path in options.contact_files]
     for path, holds, name in jobs:

@@ -47,7 +47,8 @@ def walls(edges: Edges, box: Box | None, grain: float) -> tuple[np.ndarray, np.n
                 high[k] = box.upper[k]
     if edges.glued is not None:
         low[1] = edges.glued
-    return tuple(np.where(np.abs(one) < ROUND_OFF * grain, 0.0, one) for one in (low, high))
+    low, high = (np.where(np.abs(one) < ROUND_OFF * grain, 0.0, one) for one in (low, high))
+    return low, high
 
 
 def origin(
@@ -79,8 +80,8 @@ def origin(
             there = axes.turn.T @ np.where(np.arange(3) == k, edges.low, _known(low, box))
             words = " ".join(f"{one:.6g}" for one in there)
             raise CaseError(
-                f"{source}: the grains begin at {edges.low[k]:.6g} m along {axes.words[k]}, the case "
-                f"has its {name} at 0 (nothing tells where it is) give --origin {words}"
+                f"{source}: the grains begin at {edges.low[k]:.6g} m along {axes.words[k]}, the "
+                f"case has its {name} at 0 (nothing tells where it is) give --origin {words}"
             )
     return out
 

@@ -14,13 +14,14 @@ NEIGHBOURS = 13  # of each, itself counted: as many equal spheres touch one, and
 
 def densest(place: np.ndarray, radius: np.ndarray, wall: np.ndarray) -> float:
     """Largest solid fraction of cells of 4 d that grains of `radius` (N,) [m] at `place` (N, 3) [m]
-    fill; each is spread evenly over the cube of its diameter. 0 where fewer than a cell's grains
-    are there. Cells that hold wall grains are left out.
+    fill; each is spread evenly over the cube of its diameter. Along each axis a whole number of
+    cells covers the grains. Cells that hold wall grains are left out.
     """
     d = float(2.0 * np.sum(radius**4) / np.sum(radius**3))
-    side = CELL * d
-    low = place.min(axis=0) - radius.max()
-    shape = np.maximum(1, np.ceil((place.max(axis=0) + radius.max() - low) / side)).astype(int)
+    low = (place - radius[:, None]).min(axis=0)
+    extent = (place + radius[:, None]).max(axis=0) - low
+    shape = np.maximum(1, extent / (CELL * d)).astype(int)
+    side = extent / shape
     if np.prod(shape.astype(float)) > 1e8:
         return 0.0
     volume = 4.0 / 3.0 * np.pi * radius**3
@@ -33,14 +34,13 @@ def densest(place: np.ndarray, radius: np.ndarray, wall: np.ndarray) -> float:
     for corner in np.ndindex(2, 2, 2):
         upper = np.array(corner, bool)
         share = np.prod(np.where(upper, above, 1.0 - above), axis=1)
-        cell = np.ravel_multi_index(np.where(upper, last, first).T, shape)
+        cell = np.ravel_multi_index(tuple(np.where(upper, last, first).T), shape)
         filled += np.bincount(cell, share * volume, len(filled))
     if wall.any():
-        cells = np.ravel_multi_index(
-            ((place[wall] - low) / side).astype(int).clip(0, shape - 1).T, shape
-        )
+        there = ((place[wall] - low) / side).astype(int).clip(0, shape - 1)
+        cells = np.ravel_multi_index(tuple(there.T), shape)
         filled[cells] = 0.0
-    return float(filled.max() / side**3)
+    return float(filled.max() / np.prod(side))
 
 
 def deepest(place: np.ndarray, radius: np.ndarray, wall: np.ndarray, box: Box | None) -> float:

@@ -8,6 +8,7 @@ from tqdm import tqdm
 
 from compare.importing import compressed
 
+FORM = "{desc} {percentage:3.0f} % |{bar:24}| {elapsed} (left {remaining}){postfix}"
 READING_SHARE = 0.6  # of the time goes into reading, the rest into turning and writing
 
 
@@ -21,7 +22,7 @@ class Progress:
             desc="import",
             total=1.0,
             disable=quiet or not sys.stderr.isatty(),
-            bar_format="{desc} {percentage:3.0f} % |{bar:24}| {elapsed} (left {remaining}){postfix}",
+            bar_format=FORM,
             dynamic_ncols=True,
         )
 

@@ -43,12 +43,20 @@ class Grains:
 
 
 class Series(Sequence[Grains]):
-    """`diameter` [m] is that of all grains where the file has no radii."""
+    """`diameter` [m] is that of all grains where the file has no radii, `box` that of all frames
+    where they have none, in the file's units.
+    """
 
     def __init__(
-        self, spool: Spool, instants: list[Instant], units: Units, diameter: float | None = None
+        self,
+        spool: Spool,
+        instants: list[Instant],
+        units: Units,
+        diameter: float | None = None,
+        box: Box | None = None,
     ):
-        self.spool, self.instants, self.units, self.diameter = spool, instants, units, diameter
+        self.spool, self.instants, self.units = spool, instants, units
+        self.diameter, self.box = diameter, box
         least = [one.least for part in instants for one in part.pieces if one.least is not None]
         self.first_id = 0 if least and min(least) == 0.0 else 1
 
@@ -68,7 +76,7 @@ class Series(Sequence[Grains]):
             if name in FINITE
         }
         images = np.stack([told[i] for i in IMAGES], -1) if set(IMAGES) <= told.keys() else None
-        box = self.units.box(instant.pieces[0].box)
+        box = self.units.box(instant.pieces[0].box or self.box)
         radius = self.radii(instant, told, len(ids))
         for name, values in (vectors | {"radius": radius} | scalars(told)).items():
             refuse_unusable(instant, ids, name, values)

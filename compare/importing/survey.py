@@ -48,7 +48,12 @@ def survey(
         notes,
     )
     diameter = options.diameter or (scene["grains.diameter"] if scene else None)
-    series = Series(spool, merge.instants(spool, pieces, notes), unit, diameter)
+    box = None
+    if all(piece.box is None for piece in pieces):
+        box = next((piece.box for piece in spool.pieces if piece.box is not None), None)
+        if box is not None:
+            notes.append("assumed: the box is that of the contacts' file (the grains' has none)")
+    series = Series(spool, merge.instants(spool, pieces, notes), unit, diameter, box)
     told = {piece.step for piece in spool.pieces if piece.columns}
     if bare := len(told - {piece.step for piece in pieces}):
         notes.append(f"dropped: {bare} frames without grains")
@@ -65,6 +70,8 @@ def survey(
     matter = truth.matter(first, options.density, scene, notes)
     moving = ~np.isin(first.ids, wall)
     sizes = truth.Sizes.of(first.radius[moving], matter.masses(first)[moving])
+    if scene is not None:  # before what hangs on lengths
+        truth.refuse_other_scene("diameter", sizes.d43, scene["grains.diameter"], first.source)
 
     gravity = None if options.gravity is None else np.array(options.gravity)
     turned = axes.chosen(

@@ -91,6 +91,15 @@ def column(scene: Case) -> np.ndarray:
     return np.array([scene[f"geometry.{name}"] for name in ("length", "height", "thickness")])
 
 
+def refuse_other_scene(what: str, own: float, other: float, source: str):
+    """Raises CaseError where a length of the grains is none of the case's by far."""
+    if not 1.0 / REFUSED <= own / other <= REFUSED:
+        raise CaseError(
+            f"{source}: {what} {own:.4g} m, the case's {other:.4g} m (another scene, or other "
+            "units) see --units"
+        )
+
+
 def against_case(
     sizes: Sizes, extent: np.ndarray, span: float | None, scene: Case, source: str, notes: list[str]
 ):
@@ -102,11 +111,7 @@ def against_case(
         ("diameter", sizes.d43, scene["grains.diameter"]),
         *zip(("length", "height", "thickness"), extent, size),
     ):
-        if not 1.0 / REFUSED <= own / other <= REFUSED:
-            raise CaseError(
-                f"{source}: {what} {own:.4g} m, {scene.path} {other:.4g} m (another scene, or "
-                "other units) see --units"
-            )
+        refuse_other_scene(what, own, other, source)
         disagree(what, float(own), float(other), " m", "the case", notes)
     rho, d = scene["grains.density"], scene["grains.diameter"]
     solid = float(np.prod(size)) / (1.0 + scene["initial.void_ratio"])

@@ -180,15 +180,15 @@ def tell(
     """Notes on what no grains do."""
     if ledger.vanished:
         notes.append(
-            f"vanished: {ledger.vanished} of {found.sizes.count} grains are gone from later frames, "
-            f"{rows['lost'][-1]:.3g} J with them (account lost)"
+            f"vanished: {ledger.vanished} of {found.sizes.count} grains are gone from later "
+            f"frames, {rows['lost'][-1]:.3g} J with them (account lost)"
         )
     if ledger.came:
         notes.append(f"came: {ledger.came} grains are in later frames only")
     if dense > plausible.DENSEST:
         notes.append(
-            f"implausible: a solid fraction of {dense:.2f} (no more than 0.74 of equal spheres) are "
-            "the radii right?"
+            f"implausible: a solid fraction of {dense:.2f} (of equal spheres 0.74 at most) are the "
+            "radii right?"
         )
     if deep > plausible.DEEPEST:
         notes.append(f"implausible: two grains overlap by {100 * deep:.0f} % of a diameter")
