@@ -38,34 +38,8 @@ def survey(
     spool: Spool, options: Options, scene: Case | None, made_by: str, notes: list[str]
 ) -> Scene:
     """What the frames have in common."""
-    pieces = [piece for piece in spool.pieces if piece.columns and piece.count]
-    if not pieces:
-        raise CaseError(f"{options.files[0]}: no grains (in no frame)")
-    unit = units.chosen(
-        [(piece.source, piece.units) for piece in spool.pieces],
-        options.units,
-        options.scales,
-        notes,
-    )
-    diameter = options.diameter or (scene["grains.diameter"] if scene else None)
-    box = None
-    if all(piece.box is None for piece in pieces):
-        box = next((piece.box for piece in spool.pieces if piece.box is not None), None)
-        if box is not None:
-            notes.append("assumed: the box is that of the contacts' file (the grains' has none)")
-    series = Series(spool, merge.instants(spool, pieces, notes), unit, diameter, box)
-    told = {piece.step for piece in spool.pieces if piece.columns}
-    if bare := len(told - {piece.step for piece in pieces}):
-        notes.append(f"dropped: {bare} frames without grains")
+    series = series_of(spool, options, scene, notes)
     first = series[0]
-    if "radius" not in pieces[0].columns:
-        notes.append(f"assumed: all diameters are {diameter:g} m (the file has no radii)")
-    if first.velocity is None:
-        notes.append(
-            "assumed: velocities are zero (the file has none): what needs them means nothing"
-        )
-    if series.first_id == 0:
-        notes.append("turned: ids start at 1 here, at 0 in the file")
     wall = walls.ids(series, options.walls, notes)
     matter = truth.matter(first, options.density, scene, notes)
     moving = ~np.isin(first.ids, wall)
@@ -103,6 +77,41 @@ def survey(
         times,
         made_by,
     )
+
+
+def series_of(spool: Spool, options: Options, scene: Case | None, notes: list[str]) -> Series:
+    """The instants in order and in SI; says what they lack."""
+    pieces = [piece for piece in spool.pieces if piece.columns and piece.count]
+    if not pieces:
+        raise CaseError(f"{options.files[0]}: no grains (in no frame)")
+    unit = units.chosen(
+        [(piece.source, piece.units) for piece in spool.pieces],
+        options.units,
+        options.scales,
+        notes,
+    )
+    diameter = options.diameter or (scene["grains.diameter"] if scene else None)
+    box = None
+    if all(piece.box is None for piece in pieces):
+        box = next((piece.box for piece in spool.pieces if piece.box is not None), None)
+        if box is not None:
+            notes.append("assumed: the box is that of the contacts' file (the grains' has none)")
+    series = Series(spool, merge.instants(spool, pieces, notes), unit, diameter, box)
+    told = {piece.step for piece in spool.pieces if piece.columns}
+    if bare := len(told - {piece.step for piece in pieces}):
+        notes.append(f"dropped: {bare} frames without grains")
+    first = series[0]
+    if "radius" not in pieces[0].columns:
+        notes.append(f"assumed: all diameters are {diameter:g} m (the file has no radii)")
+    if first.velocity is None and scene is not None:
+        raise CaseError(f"{first.source}: no column vx, vy, vz (a comparison needs velocities)")
+    if first.velocity is None:
+        notes.append(
+            "assumed: velocities are zero (the file has none): what needs them means nothing"
+        )
+    if series.first_id == 0:
+        notes.append("turned: ids start at 1 here, at 0 in the file")
+    return series
 
 
 def seen(series: Series, wall: np.ndarray, grain: float) -> axes.Seen:

@@ -49,6 +49,15 @@ def columns(**change) -> dict[str, np.ndarray]:
     } | change
 
 
+def named(name: str):
+    """Recognises a file that holds its name."""
+    return lambda path, head: head == name.encode()
+
+
+def given(frames: list[Frame]):
+    return lambda path, options: iter(frames)
+
+
 @pytest.fixture
 def made(tmp_path, monkeypatch):
     """A function: frames of grains and of contacts → (columns of the contacts in the file, notes).
@@ -60,13 +69,7 @@ def made(tmp_path, monkeypatch):
         monkeypatch.setattr("compare.importing.registry.READERS", readers)
         for name, frames, holds in (("g", grains, "grains"), ("c", touching, "contacts")):
             (tmp_path / name).write_text(name)
-            readers[name] = Reader(
-                name,
-                name,
-                holds,
-                lambda path, head, name=name: head == name.encode(),
-                lambda path, options, frames=frames: iter(frames),
-            )
+            readers[name] = Reader(name, name, holds, named(name), given(frames))
         out = tmp_path / "grains.h5"
         files = (tmp_path / "g",), (tmp_path / "c",)
         told: dict[str, Any] = {"density": 1.0} | more
