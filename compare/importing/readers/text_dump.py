@@ -48,7 +48,9 @@ class Lines:
     def next(self, what: str) -> str:
         line = self.file.readline().decode(errors="replace")
         if not line:
-            raise Cut(f"{self.path}:{self.number}: ends here, {what} is missing (cut short?)")
+            raise Cut(
+                f"{self.path}:{self.number}: ends here, {what} is missing (cut short?) --skip-incomplete leaves it out"
+            )
         self.number += 1
         return line
 

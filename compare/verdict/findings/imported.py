@@ -3,7 +3,7 @@
 from compare.verdict.findings import Finding, Severity, check
 
 DISAGREES = "disagrees: "
-SEEN = ("implausible: ", "vanished: ", "absent: all")  # what other checks see
+SEEN = ("implausible: ", "absent: all")  # what other checks see
 
 
 @check(order=15)
