@@ -235,6 +235,12 @@ def test_walls_are_what_never_moves(tmp_path):
 
     file = write(tmp_path / "a.dump", nudged)
     assert len(open_run(imported(tmp_path, file)[0]).clouds[0].mass) == 301
+
+    def restless(step, columns):  # at its place in every frame, but on the way
+        return columns | {"vx": np.where(columns["id"] == 360, 1e-3, columns["vx"])}
+
+    other = write(tmp_path / "b.dump", restless)
+    assert len(open_run(imported(tmp_path, other)[0]).clouds[0].mass) == 301
     path, _ = imported(tmp_path, file, walls=Chosen(frozen=False), origin=(0.0, 0.0, 0.0))
     assert len(open_run(path).clouds[0].mass) == 360
     with pytest.raises(CaseError, match="no grain is of --wall-type"):

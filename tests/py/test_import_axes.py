@@ -105,6 +105,14 @@ def test_grains_that_run_backwards(tmp_path):
     true = grains(0.0)
     assert position(path) == pytest.approx(np.stack([true[k] for k in "xyz"], 1), abs=1e-12)
 
+    def elsewhere(step, columns):
+        moved = mirrored(step, columns)
+        return moved | {"x": moved["x"] + 0.01}
+
+    box = ("mf mm pp", [(-0.3, 0.01), *box[1][1:]])  # the face above is our wall below
+    path, _ = imported(tmp_path, write(tmp_path / "a.dump", elsewhere, box=box), flow="-x")
+    assert position(path) == pytest.approx(np.stack([true[k] for k in "xyz"], 1), abs=1e-12)
+
 
 @pytest.mark.parametrize(
     ("up", "flow"),

@@ -49,7 +49,8 @@ class Lines:
         line = self.file.readline().decode(errors="replace")
         if not line:
             raise Cut(
-                f"{self.path}:{self.number}: ends here, {what} is missing (cut short?) --skip-incomplete leaves it out"
+                f"{self.path}:{self.number}: ends here, {what} is missing (cut short?) "
+                "--skip-incomplete leaves it out"
             )
         self.number += 1
         return line
