@@ -2,8 +2,8 @@
 
 Each RUN is a folder that holds mpm.h5 and dem.h5; further files mpm*.h5 and dem*.h5 in it (other
 seeds, other point jitter) make it an ensemble, whose scatter the verdicts use. With --dump the
-grains of one folder are read from plain LIGGGHTS or LAMMPS dumps instead, of a scene that --case
-describes. New results take the place of the old ones once all are complete.
+grains of one folder are those of another program (as grainpair import takes them), of a scene that
+--case describes. New results take the place of the old ones once all are complete.
 """
 
 import sys
@@ -11,7 +11,8 @@ from pathlib import Path
 
 from cases import case, files, results
 from cases.errors import CaseError
-from compare.mapping import dumps
+from compare.importing import options as importing
+from compare.importing.pipeline import convert
 from compare.mapping.runs import open_run
 from compare.report import report
 from compare.verdict import comparison, conclusion, controls, siblings, verdict_table
@@ -49,11 +50,11 @@ def arguments(parser):
         "--table", type=Path, metavar="FILE", help="also keep the verdicts as CSV; with one RUN"
     )
     parser.add_argument(
-        "--dump", nargs="+", type=Path, metavar="FILE", help="dumps to make dem.h5 of, in any order"
-    )
-    parser.add_argument("--case", type=Path, help="case file of the dumped grains")
-    parser.add_argument(
-        "--time-step", type=float, metavar="S", help="time step of the dumped run [s]"
+        "--dump",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="files of another program to make dem.h5 of, in any order",
     )
     parser.add_argument(
         "--replace",
@@ -61,24 +62,26 @@ def arguments(parser):
         help="with --dump: also replace a dem.h5 that is the result of a run",
     )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
+    importing.arguments(parser)
     conclusion.require_argument(parser)
 
 
 def run(options) -> int:
     names = conclusion.required(options.require)
-    if options.dump and (len(options.runs) != 1 or not options.case or not options.time_step):
-        raise CaseError("grainpair compare: --dump needs one RUN, --case and --time-step")
+    if options.dump and (len(options.runs) != 1 or not options.case):
+        raise CaseError("grainpair compare: --dump needs one RUN and --case")
     if options.table and len(options.runs) != 1:
         raise CaseError("grainpair compare: --table needs one RUN")
     if options.table:
         files.check_table(options.table)
     scene = case.load(options.case) if options.dump else None
+    words = importing.Options.of(options.dump, options) if options.dump else None
     code = 0
     for folder in options.runs:
         if not folder.is_dir():
             raise CaseError(f"{folder}: no folder of a run. Make one with: grainpair run")
         with results.owned(folder) as owned:
-            metrics = renew(owned, options, scene)
+            metrics = renew(owned, options, scene, words)
         for line in conclusion.lines(metrics):
             print(f"{folder}: {line}" if line.startswith("verdict:") else line)
         for line in conclusion.not_met(metrics, names):
@@ -88,8 +91,15 @@ def run(options) -> int:
     return code
 
 
-def renew(folder: results.Folder, options, scene: case.Case | None) -> dict:
-    """Makes what a comparison makes, and puts it into the folder when all of it is there."""
+def renew(
+    folder: results.Folder,
+    options,
+    scene: case.Case | None,
+    words: importing.Options | None,
+) -> dict:
+    """Makes what a comparison makes, and puts it into the folder when all of it is there; `words`
+    say what grains of another program to take, of the `scene`.
+    """
     mapping = [
         word
         for key in ("width", "kernel", "spacing")
@@ -107,31 +117,32 @@ def renew(folder: results.Folder, options, scene: case.Case | None) -> dict:
             print(f"{folder.out}: {100 * fraction:.0f} % {text}", flush=True)
 
     with folder.prepare(report.OUTPUTS, report.INPUTS) as work:
-        if scene:
+        if words:
             (work / "dem.h5").unlink(missing_ok=True)  # a link to the one that is there
-            dumps.convert(options.dump, scene, options.time_step, work / "dem.h5")
+            convert(words, scene, work / "dem.h5", options.quiet)
         runs = [open_run(path) for engine in comparison.run_files(work) for path in engine]
         comparison.refuse_unpaired(runs)
         if scene:
             make_missing(work, options)
         metrics = report.compare(work, mapping, say, WIDTHS if options.width_study else ())
         if options.table:
-            words = " ".join(["./grainpair", *sys.argv[1:]])
-            verdict_table.write(metrics, runs, options.table, words)
+            command = " ".join(["./grainpair", *sys.argv[1:]])
+            verdict_table.write(metrics, runs, options.table, command)
     return metrics
 
 
 def refuse_to_lose(file: Path, replace: bool):
-    """Raises CaseError where dumps would take the place of grains that were run."""
+    """Raises CaseError where imported grains would take the place of those that were run."""
     if replace or not file.exists():
         return
     try:
-        made_by = open_run(file).attributes.get("engine_version", "an unknown engine")
+        run = open_run(file)
+        imported, made_by = run.imported, run.attributes.get("engine_version", "an unknown engine")
     except CaseError:
-        made_by = "a program that is not known"
-    if made_by != dumps.MADE_BY:
+        imported, made_by = False, "a program that is not known"
+    if not imported:
         raise CaseError(
-            f"{file}: is there, and not made of dumps but by {made_by} (it would be lost) give "
+            f"{file}: is there, and not imported but made by {made_by} (it would be lost) give "
             "another folder, or --replace"
         )
 

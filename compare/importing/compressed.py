@@ -3,7 +3,7 @@
 import gzip
 import io
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, cast
@@ -14,6 +14,7 @@ from cases.errors import CaseError
 
 GZIP, ZSTD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
 BUFFER = 1 << 20  # bytes
+READING: dict[Path, Callable[[], int]] = {}  # bytes taken so far of the files that are open
 PIECE = 4096  # bytes of a zstd stream taken at a time: one may swell forty thousandfold
 
 
@@ -53,11 +54,14 @@ def opened(path: Path) -> Iterator[BinaryIO]:
     """
     try:
         with open(path, "rb") as raw:
+            READING[path] = raw.tell
             yield plain(raw)
     except (EOFError, gzip.BadGzipFile, zlib.error, zstandard.ZstdError) as error:
         raise CaseError(f"{path}: broken compressed stream ({error})") from error
     except OSError as error:
         raise CaseError(f"{path}: cannot be read ({error.strerror or error})") from error
+    finally:
+        READING.pop(path, None)
 
 
 def plain(raw: io.BufferedReader) -> BinaryIO:

@@ -53,3 +53,10 @@ def reader_of(path: Path, holds: tuple[str, ...]) -> Reader:
     names = ", ".join(one.name for one in found or known)
     problem = "could be several" if found else "of no format that is known"
     raise CaseError(f"{path}: {problem} ({names}) name it: --format NAME")
+
+
+def named(name: str) -> Reader:
+    """The reader of a name; raises CaseError if there is none."""
+    if name not in readers():
+        raise CaseError(f"--format: '{name}' is not known (those that are: {', '.join(READERS)})")
+    return READERS[name]

@@ -89,8 +89,10 @@ def main_mass(run: Run, frame: int) -> np.ndarray:
 
 def crossing_time(t: np.ndarray, values: np.ndarray, target: float) -> float:
     """First time the piecewise linear series reaches the target from below; NaN when it
-    never does.
+    never does, or is one instant.
     """
+    if len(t) < 2:
+        return float("nan")
     reached = np.flatnonzero(values >= target)
     if not len(reached):
         return float("nan")
@@ -193,6 +195,8 @@ def masked_error(mpm: Run, dem: Run, field) -> float:
     difference = reference = 0.0
     for i, k in common_frames(mpm, dem):
         mask = dense_in_both(mpm, dem, i, k)
+        if not mask.any():
+            continue
         a, b = (
             field(run, frame)[mask].reshape(mask.sum(), -1) for run, frame in ((mpm, i), (dem, k))
         )

@@ -159,6 +159,7 @@ class Run:
     mass_scale: float = 1.0
     reference_energy: float = 1.0
     dissipation: "InPlace | None" = None
+    grain: float | None = None  # diameter [m] that both sides of a pair are measured by
 
     @property
     def fields(self) -> Fields:
@@ -182,7 +183,19 @@ class Run:
 
     @property
     def diameter(self) -> float:
-        return self.case["grains.diameter"]
+        """[m]: of a pair, else the file's own (d43 of its grains), else the case's."""
+        return self.grain or float(self.attributes.get("diameter", self.case["grains.diameter"]))
+
+    @property
+    def imported(self) -> bool:
+        """Whether the grains are those of another program."""
+        return "source" in self.attributes or self.attributes.get("engine_version") == "dumps"
+
+    @property
+    def notes(self) -> list[str]:
+        """What was assumed, merged, dropped, disagrees when the grains were imported."""
+        told = str(self.attributes.get("notes", "none")).splitlines()
+        return [] if told == ["none"] else told
 
     @cached_property
     def mass(self) -> float:
@@ -215,8 +228,12 @@ class Run:
         return kinetic - self.normalised("fluctuation") if self.engine == "dem" else kinetic
 
     def released(self) -> float:
-        """Potential energy at release minus that at the end [J]."""
-        potential = self.joules("potential")
+        """Potential energy at release minus that at the end [J], that of grains that vanished left
+        out; NaN where there is one instant.
+        """
+        if len(self.energy["time"]) < 2:
+            return float("nan")
+        potential = self.joules("potential") + self.joules("lost_potential")
         return float(potential[0] - potential[-1])
 
 

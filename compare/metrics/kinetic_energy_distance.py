@@ -10,9 +10,12 @@ def kinetic_energy_distance(mpm, dem):
     the grains': integral of |E_k,mpm - E_k,dem| dt over integral of E_k,dem dt, to the later end of
     the two; a run that has ended holds its last value.
     """
+    if len(dem.energy["time"]) < 2:
+        return float("nan")
     tau = np.union1d(mpm.energy_tau(), dem.energy_tau())
     a, b = (np.interp(tau, run.energy_tau(), run.mean_motion()) for run in (mpm, dem))
-    return float(np.trapz(abs(a - b), tau) / np.trapz(b, tau))
+    under = float(np.trapz(b, tau))
+    return float(np.trapz(abs(a - b), tau)) / under if under > 0.0 else float("nan")
 
 
 def example():

@@ -10,6 +10,8 @@ def kinetic_energy_peak_time(run):
     largest sample and its neighbours.
     """
     t, kinetic = run.energy_tau(), run.joules("kinetic")
+    if len(kinetic) < 2:
+        return float("nan")
     k = int(np.argmax(kinetic))
     if k in (0, len(kinetic) - 1):
         return float(t[k])

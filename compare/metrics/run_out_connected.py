@@ -17,6 +17,8 @@ def run_out_connected(run):
     """
     grid = run.fields.grid
     columns = np.flatnonzero(main_mass(run, -1).any(axis=0))
+    if not len(columns):
+        return float("nan")
     return (grid.x[columns[-1]] + 0.5 * grid.spacing) / run.length - 1.0
 
 

@@ -17,7 +17,7 @@ def solid_fraction_error(mpm, dem):
     for i, k in common_frames(mpm, dem):
         a, b = mpm.fields["solid_fraction"][i], dem.fields["solid_fraction"][k]
         errors.append(abs(a - b).sum() / (a + b).sum())
-    return float(np.mean(errors))
+    return float(np.mean(errors)) if errors else float("nan")
 
 
 def example():

@@ -89,6 +89,8 @@ def budget(run, split: bool = True) -> list[Account]:
     ]
     if not gone:  # an engine that was not asked to split its dissipation
         gone = [Account("all mechanisms", "dissipated", run.normalised("dissipated"))]
+    if "lost" in run.energy:  # what vanished with imported grains was dissipated by none
+        gone.append(Account("lost with grains", "numerical", run.normalised("lost")))
     accounts = [a for a in held + gone if np.any(a.values)]
     total = sum((a.values for a in accounts), np.zeros_like(potential))
     accounts.append(Account("residual", "numerical", total[0] - total))

@@ -13,6 +13,8 @@ from compare.metrics import Metric, all_metrics
 from compare.mapping.runs import Run, open_fields, open_run
 from compare.verdict.packings import Packings, of_run
 
+SAME = 0.01  # relative: what imported grains may differ from the case's to be packed like them
+
 
 @dataclass
 class Comparison:
@@ -73,13 +75,15 @@ def pair(mpm: list[Run], dem: list[Run], same_scene: bool = True) -> Comparison:
 
     Where the continuum started from the nominal void ratio its mass differs from the packing's by
     the void ratio the packing reached; masses and energies of every run are scaled to the first
-    grain run's mass.
+    grain run's mass. Where they release no energy, or nobody knows it, figures over it are NaN.
     """
     if same_scene:
         refuse_unpaired(mpm + dem)
     for run in mpm + dem:
         run.mass_scale = dem[0].mass / run.mass
-    scale = float(np.mean([run.released() for run in dem]))
+        run.grain = dem[0].diameter
+    released = float(np.mean([run.released() for run in dem]))
+    scale = released if released > 0.0 else math.nan  # figures over E0 are undefined then
     for run in mpm + dem:
         run.reference_energy = scale
     return Comparison(mpm, dem)
@@ -91,11 +95,25 @@ def load(folder: Path) -> Comparison:
     for run in mpm + dem:
         run.mapped = open_fields(folder / "fields.h5", run.name)
     c = pair(mpm, dem)
-    c.packings = of_run(dem[0]) if len(dem) == 1 else None
+    c.packings = scatter_of(dem[0]) if len(dem) == 1 else None
     if found := siblings.load(folder):
         c.numerical_uncertainty = siblings.uncertainty(mpm[0], dem[0], found)
     c.no_siblings = siblings.failure(folder)
     return c
+
+
+def scatter_of(run: Run) -> Packings:
+    """The stored scatter of the packings that a run's grains are one of; imported ones only where
+    their diameter and density are the case's.
+    """
+    for name in ("diameter", "density") if run.imported else ():
+        own, of_case = run.attributes.get(name), run.case[f"grains.{name}"]
+        if own is not None and abs(own / of_case - 1.0) > SAME:
+            return Packings(
+                f"the scatter of the packings is unknown (the grains' {name} is {own:.4g}, the "
+                f"case's {of_case:g})"
+            )
+    return of_run(run)
 
 
 def margin_of(metric: Metric, run: Run, mean: float) -> float | None:

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import h5py
 import pytest
-from synthetic import CASE, write_pair, write_run
-from test_compare_dumps import write_dump
+from foreign_block import SCENE, SIZES, write
+from synthetic import write_pair, write_run
 
 from cases import files
 from cases.errors import CaseError, EngineError
@@ -26,7 +26,6 @@ from dem_reference import process, splits
 
 DONE = (0, INVALID)  # what a comparison of any grains ends with
 COLUMN = str(ROOT / "cases" / "column_ci")
-FIELDS = CASE.format(height=0.04, length=0.04, thickness=0.008, void_ratio=0.7, floor_length=1.0)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -39,17 +38,11 @@ def contents(folder: Path) -> dict[str, bytes]:
 @pytest.fixture
 def dumped(tmp_path, monkeypatch):
     """A folder with a run of either engine, a dump, and what compares the two."""
-    scene = compare_scene()
-    monkeypatch.setattr("compare.commands.compare.case.load", lambda _: scene)
-    folder = write_pair(tmp_path / "run", mpm={"frames": 2}, dem={"frames": 2})
-    dump = write_dump(tmp_path / "a.dump", [0, 5000])
+    monkeypatch.setattr("compare.commands.compare.case.load", lambda _: SCENE)
+    few = SIZES | {"frames": 2}
+    folder = write_pair(tmp_path / "run", mpm=few, dem=few)
+    dump = write(tmp_path / "a.dump")
     return folder, ["--dump", str(dump), "--case", "scene.toml", "--time-step", "1e-5", "--quiet"]
-
-
-def compare_scene():
-    from cases import case
-
-    return case.parse(FIELDS)
 
 
 def test_grains_that_were_run_are_not_lost_to_a_dump(dumped, capsys):
@@ -57,7 +50,7 @@ def test_grains_that_were_run_are_not_lost_to_a_dump(dumped, capsys):
     before = contents(folder)
     assert cli.main(["compare", str(folder), *words]) == 2
     line = capsys.readouterr().err
-    assert line.startswith(f"{folder}/dem.h5: is there, and not made of dumps")
+    assert line.startswith(f"{folder}/dem.h5: is there, and not imported")
     assert "--replace" in line and line.count("\n") == 1
     assert contents(folder) == before
 
@@ -66,7 +59,7 @@ def test_told_to_replace_them_it_does_and_then_need_not_be_told(dumped):
     folder, words = dumped
     assert cli.main(["compare", str(folder), *words, "--replace"]) in DONE
     with h5py.File(folder / "dem.h5") as file:
-        assert file.attrs["engine_version"] == "dumps"
+        assert "source" in file.attrs
     assert (folder / "report.html").exists()
     assert cli.main(["compare", str(folder), *words]) in DONE
 

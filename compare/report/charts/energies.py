@@ -10,6 +10,8 @@ PANELS = (
 
 @chart("Energies", order=5)
 def energies(comparison, narrow):
+    if not comparison.dem[0].reference_energy > 0.0:
+        return None  # nobody knows the energy that the grains release
     figure, axes = panels(3, narrow, height=3.0)
     for ax, (name, label) in zip(axes, PANELS):
         for runs in (comparison.mpm, comparison.dem):

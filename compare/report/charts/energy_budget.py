@@ -51,6 +51,8 @@ def stack(ax, run, accounts, columns: int) -> tuple[float, float]:
 
 @chart("Energy budget", order=7)
 def energy_budget(comparison, narrow):
+    if not comparison.dem[0].reference_energy > 0.0:
+        return None  # nobody knows the energy that the grains release
     figure, axes = panels(2, narrow, height=4.4 if narrow else 3.9)
     reach = []
     for ax, run in zip(axes, comparison.first):

@@ -18,7 +18,7 @@ def instants(comparison) -> list[tuple[int, int]]:
     frames = common_frames(mpm, dem)
     peak = dem.energy_tau()[np.argmax(dem.joules("kinetic"))]
     tau = mpm.tau()
-    chosen = [min(frames, key=lambda f: abs(tau[f[0]] - t)) for t in (peak, 1.8 * peak)]
+    chosen = [min(frames, key=lambda f: abs(tau[f[0]] - t)) for t in (peak, 1.8 * peak) if frames]
     return sorted({*chosen, (len(mpm.time) - 1, len(dem.time) - 1)})
 
 
@@ -36,12 +36,14 @@ def draw_maps(comparison, narrow, values, label, norm, cmap, engines=("mpm", "de
     runs = [comparison.first[k] for k in chosen]
     length = runs[0].length
     grid = runs[0].fields.grid
-    top = 1.12 * max(surface(run, frame).max() for run, frame in zip(runs, shown[0]))
+    top = 1.12 * max(
+        grid.spacing, *(surface(run, frame).max() for run, frame in zip(runs, shown[0]))
+    )
     far = (
         max(
             grid.x[
                 (run.fields["solid_fraction"][f] > 0.25 * bulk_solid_fraction(run)).any(axis=0)
-            ].max()
+            ].max(initial=grid.x[0])
             for pair in shown
             for run, f in zip(runs, pair)
         )
@@ -71,7 +73,9 @@ def draw_maps(comparison, narrow, values, label, norm, cmap, engines=("mpm", "de
         )
         ax.set(aspect="equal", xlim=(0.0, far / length), ylim=(0.0, top / length))
         ax.grid(False)
-        ax.set_title(f"{LABEL[run.engine]}, t = {run.tau()[frame]:.1f} √(H/g)", loc="left")
+        t = run.tau()[frame]
+        when = f"t = {t:.1f} √(H/g)" if np.isfinite(t) else "at a time that is not told"
+        ax.set_title(f"{LABEL[run.engine]}, {when}", loc="left")
     for ax in axes[:, 0]:
         ax.set_ylabel("$y/L_0$")
     for ax in axes[-1]:

@@ -15,7 +15,7 @@ def surface_profiles(comparison, narrow):
     frames = common_frames(mpm, dem)
     tau = mpm.tau()
     end = (len(mpm.time) - 1, len(dem.time) - 1)
-    wanted = [t for t in (0.0, 0.6, 1.2, 1.8, 3.0) if t < tau[end[0]]]
+    wanted = [t for t in (0.0, 0.6, 1.2, 1.8, 3.0) if t < tau[end[0]] and frames]
     shown = sorted({min(frames, key=lambda f: abs(tau[f[0]] - t)) for t in wanted} | {end})
     figure, (ax,) = panels(1, narrow, height=3.6)
     colours = colormaps["viridis"](np.linspace(0.0, 0.85, len(shown)))

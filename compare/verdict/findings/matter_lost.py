@@ -26,12 +26,15 @@ def matter_lost(c, metrics):
         for figure, words in ((lost, "are gone from a later frame"), (not_finite, "have no place")):
             share, which = worst(runs, figure)
             if share > 0.0:
+                advice = f"Lower {engine}.time_step_fraction."
+                if engine == "dem" and any(run.imported for run in runs):
+                    advice = (
+                        "Have all of them written; their energy stands as lost, not dissipated."
+                    )
                 yield Finding(
                     Severity.INVALID,
                     f"{100 * share:.2g} % of the points of the {SIDE[engine]} {words}{which}.",
-                    "Lower dem.time_step_fraction."
-                    if engine == "dem"
-                    else "Lower mpm.time_step_fraction.",
+                    advice,
                     share,
                     0.0,
                     reason="mass is conserved",

@@ -5,10 +5,10 @@ from compare.verdict.findings import SIDE, Finding, Severity, check, sides, wors
 
 
 def moving(run: Run) -> float:
-    """Kinetic energy at the end over its peak; zero for a run that came to rest."""
+    """Kinetic energy at the end over its peak; zero for a run that came to rest, or has one row."""
     kinetic = run.joules("kinetic")
     at_rest = run.attributes.get("end_reason", "rest") == "rest"
-    return 0.0 if at_rest else float(kinetic[-1] / max(kinetic.max(), 1e-300))
+    return 0.0 if at_rest or len(kinetic) < 2 else float(kinetic[-1] / max(kinetic.max(), 1e-300))
 
 
 @check(order=60)
