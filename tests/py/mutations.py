@@ -4,7 +4,18 @@ import random
 
 from cases.errors import CaseError
 
-WORDS = (b"nan", b"inf", b"-1", b"1e400", b"x", b"", b"#", b"\xff\x00", b"99999999999999999999", b'"')
+WORDS = (
+    b"nan",
+    b"inf",
+    b"-1",
+    b"1e400",
+    b"x",
+    b"",
+    b"#",
+    b"\xff\x00",
+    b"99999999999999999999",
+    b'"',
+)
 
 
 def mutated(data: bytes, seed: int) -> bytes:

@@ -13,8 +13,8 @@ from mutations import mutated, read_or_refused
 
 EDEM = (
     "Q01 : Particle ID,Q02 : Particle Position X (mm),Q03 : Particle Position Y (mm),"
-    "Q04 : Particle Position Z (mm),Q05 : Particle Velocity X (m/s),Q06 : Particle Velocity Y (m/s),"
-    "Q07 : Particle Velocity Z (m/s),Q08 : Particle Diameter (mm),Q09 : Particle Mass (g),Shape\n"
+    "Q04 : Particle Position Z (mm),Q05 : Particle Velocity X (m/s),"
+    "Q06 : Particle Velocity Y (m/s),Q07 : Particle Velocity Z (m/s),Q08 : Particle Diameter (mm),Q09 : Particle Mass (g),Shape\n"
     "7,1,2,3,0.1,0.2,0.3,2,0.01,sphere\n"
     "9,4,5,6,0,0,-1,3,0.02,sphere\n"
 )
@@ -126,7 +126,9 @@ def test_frames_across_the_parts_a_file_is_read_in(tmp_path, monkeypatch):
 
 def test_the_user_names_columns(tmp_path):
     text = "a,b,c,Particle Size [mm]\n1,2,3,4\n"
-    (frame,) = frames_of(tmp_path, text, columns="x=a [mm],y=b [mm],z=c [mm],diameter=Particle Size")
+    (frame,) = frames_of(
+        tmp_path, text, columns="x=a [mm],y=b [mm],z=c [mm],diameter=Particle Size"
+    )
     assert frame.columns["x"].tolist() == [1e-3] and frame.columns["radius"].tolist() == [2e-3]
 
 

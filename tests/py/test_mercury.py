@@ -104,7 +104,9 @@ def test_the_image_of_a_fixed_grain_is_found_by_its_place(files):
 def test_other_contacts_are_no_twins(files):
     """Two contacts of the same forces, but the same normals, are two."""
     path = files / "chute.fstat"
-    path.write_text(FSTAT.replace("9.000000001e-4 0 3 0.5 -1 0 0 0 -1 0", "9e-4 0 3 0.5 1 0 0 0 1 0"))
+    path.write_text(
+        FSTAT.replace("9.000000001e-4 0 3 0.5 -1 0 0 0 -1 0", "9e-4 0 3 0.5 1 0 0 0 1 0")
+    )
     (files / "chute.data").unlink()
     contacts = frames_of(path)[0].contacts
     assert len(contacts["first"]) == 4

@@ -1,4 +1,4 @@
-"""Spheres of YADE: files of YADE itself (tests/data/yade, made by spheres.py there), and broken ones."""
+"""Spheres of YADE: its own files (tests/data/yade, made by spheres.py there), and broken ones."""
 
 from pathlib import Path
 

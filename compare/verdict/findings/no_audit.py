@@ -12,7 +12,14 @@ def no_audit(c, metrics):
     is not known.
     """
     for engine, runs in sides(c):
-        if any(math.isnan(numerical_loss(run)) for run in runs):
+        if any(run.attributes.get("imported") for run in runs):
+            yield Finding(
+                Severity.CAUTION,
+                f"The files of the {SIDE[engine]} do not tell what was dissipated or lost.",
+                "Take these figures from the program that made them.",
+                of=engine,
+            )
+        elif any(math.isnan(numerical_loss(run)) for run in runs):
             yield Finding(
                 Severity.CAUTION,
                 f"The energies of the {SIDE[engine]} were not audited: their loss and the split of "
