@@ -14,7 +14,8 @@ from mutations import mutated, read_or_refused
 EDEM = (
     "Q01 : Particle ID,Q02 : Particle Position X (mm),Q03 : Particle Position Y (mm),"
     "Q04 : Particle Position Z (mm),Q05 : Particle Velocity X (m/s),"
-    "Q06 : Particle Velocity Y (m/s),Q07 : Particle Velocity Z (m/s),Q08 : Particle Diameter (mm),Q09 : Particle Mass (g),Shape\n"
+    "Q06 : Particle Velocity Y (m/s),Q07 : Particle Velocity Z (m/s),"
+    "Q08 : Particle Diameter (mm),Q09 : Particle Mass (g),Shape\n"
     "7,1,2,3,0.1,0.2,0.3,2,0.01,sphere\n"
     "9,4,5,6,0,0,-1,3,0.02,sphere\n"
 )

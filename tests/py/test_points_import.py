@@ -88,7 +88,7 @@ def anura3d(folder, step):
 
 def written(tmp_path, paths, **options):
     """The run file of files, opened by h5py."""
-    frames = []
+    frames: list[Frame] = []
     for path in points_file.in_order(paths):
         frames += registry.reader_of(path, ("points",)).frames(path, {})
     out = tmp_path / "points.h5"
@@ -193,7 +193,8 @@ def test_npz(tmp_path, shape):
     path = tmp_path / "MPMParticle000007.npz"
     stress = FULL if shape == "full" else STRESS
     names = {"position": PLACE, "velocity": SPEED, "mass": MASS, "volume": VOLUME, "stress": stress}
-    np.savez(path, t_current=0.25, state_vars={"needs": "pickle"}, particleID=range(COUNT), **names)
+    pickled = np.array({"needs": "pickle"}, dtype=object)
+    np.savez(path, t_current=0.25, state_vars=pickled, particleID=range(COUNT), **names)
     file = written(tmp_path, [path], tension=False)
     check(file, 7, np.arange(COUNT))
     assert file["data/7"].attrs["time"] == 0.25
