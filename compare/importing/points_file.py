@@ -4,7 +4,7 @@ tell; what has been dissipated nobody knows.
 """
 
 import datetime
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from cases.case import Case
 from cases.errors import CaseError
 from cases.files import replacing
 from cases.provenance import commit, machine
-from compare.importing import points
+from compare.importing import points, registry
 from compare.importing.frame import VECTORS, Frame
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
@@ -35,6 +35,7 @@ DOCS = {
     "dissipated": "not told by files of points",
     "unaccounted": "not told by files of points",
 }
+RISE = 0.01  # of the potential energy at the start: what an elastic rebound may add
 FAR = 1e-6  # of the extent: parts of a step whose points are farther apart are not the same points
 
 
@@ -42,7 +43,8 @@ FAR = 1e-6  # of the extent: parts of a step whose points are farther apart are 
 class PointOptions:
     """What a command line says of points. `tension`: whether tension is positive in the files (None
     where their formats settle it); `density` [kg/m3] of the solid; `turn` (3, 3), whose rows are
-    our axes in the files' ones, `origin` (3,) [m] likewise; `gravity` (3,) [m/s2] in our axes.
+    our axes in the files' ones (`up_told`: and the user gave them), `origin` (3,) [m] likewise;
+    `gravity` (3,) [m/s2] in our axes.
     """
 
     tension: bool | None = None
@@ -52,6 +54,7 @@ class PointOptions:
     turn: np.ndarray = field(default_factory=lambda: np.eye(3))
     origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
     gravity: np.ndarray | None = None
+    up_told: bool = False
     format: str = ""
     sources: tuple[str, ...] = ()
     notes: list[str] = field(default_factory=list)
@@ -69,6 +72,32 @@ class PointOptions:
             return self.gravity
         g = 9.81 if self.case is None else self.case["geometry.gravity"]
         return np.array([0.0, -g, 0.0])
+
+
+def convert(
+    paths: Sequence[Path],
+    options: PointOptions,
+    output: Path,
+    name: str | None = None,
+    reading: dict | None = None,
+) -> list[str]:
+    """Writes the points of files as `output`, which appears complete or not at all; returns the
+    notes. `name` is that of a format, `reading` what readers are told. Raises CaseError for what
+    cannot be read or is not plausible.
+    """
+    known = registry.readers()
+    if name is not None and (name not in known or known[name].holds != "points"):
+        some = ", ".join(one.name for one in known.values() if one.holds == "points")
+        raise CaseError(f"--format {name}: not a format of points ({some})")
+    chosen = {
+        path: known[name] if name else registry.reader_of(path, ("points",)) for path in paths
+    }
+    options.format = "; ".join(dict.fromkeys(reader.doc for reader in chosen.values()))
+    options.sources = tuple(str(path) for path in paths)
+    told = dict(reading or {}) | {"notes": options.notes}
+    frames = (one for path in in_order(paths) for one in chosen[path].frames(path, told))
+    write_points(frames, options, output)
+    return options.notes
 
 
 def in_order(paths: Iterable[Path]) -> list[Path]:
@@ -102,10 +131,22 @@ def write_points(frames: Iterable[Frame], options: PointOptions, path: Path):
             add(history, time, records, options.pull())
         if not history["time"]:
             raise CaseError(f"{path}: no frames to write")
+        refuse_rising(history, options, path)
         for name, values in history.items():
             data = file.create_dataset(f"energy/{name}", data=np.array(values))
             data.attrs.update({"unit": "s" if name == "time" else "J", "doc": DOCS[name]})
         file.attrs["notes"] = "\n".join(options.notes) or "none"
+
+
+def refuse_rising(history: dict[str, list[float]], options: PointOptions, path: Path):
+    """Raises CaseError where y was taken for up without being told, and the points rise."""
+    rise = history["potential"][-1] - history["potential"][0]
+    if rise > max(history["kinetic"][0], 0.0) + RISE * abs(history["potential"][0]):
+        if not options.up_told:
+            raise CaseError(
+                f"{path}: y is not up (the points would gain {rise:.3g} J of potential energy) "
+                "give --up z, or --up y if it is"
+            )
 
 
 def joined(frames: Iterable[Frame]) -> Iterator[Frame]:
@@ -205,6 +246,8 @@ def attributes(options: PointOptions) -> dict:
 def records_of(frame: Frame, options: PointOptions) -> dict[str, np.ndarray]:
     """Records by name, in our axes: (N,), (N, 3), stress (N, 6) compression positive."""
     columns = frame.columns
+    if frame.units not in (None, "si"):
+        raise CaseError(f"{frame.source}: units {frame.units} (points are read in SI)")
     for name in ("position", "velocity"):
         lacking = [column for column in VECTORS[name] if column not in columns]
         if lacking:

@@ -88,11 +88,8 @@ def anura3d(folder, step):
 
 def written(tmp_path, paths, **options):
     """The run file of files, opened by h5py."""
-    frames: list[Frame] = []
-    for path in points_file.in_order(paths):
-        frames += registry.reader_of(path, ("points",)).frames(path, {})
     out = tmp_path / "points.h5"
-    points_file.write_points(frames, PointOptions(**options), out)
+    points_file.convert(paths, PointOptions(**options), out)
     return h5py.File(out)
 
 
@@ -249,6 +246,22 @@ def test_frames_out_of_order(tmp_path):
     later.step, later.time = 2, 0.25
     with pytest.raises(CaseError, match="is not after that of the frame before"):
         points_file.write_points([frame(), later], PointOptions(), tmp_path / "points.h5")
+
+
+def test_points_that_rise(tmp_path):
+    """z is up, and y grows while z falls: refused, unless y is said to be up."""
+    later = frame(y=PLACE[:, 1] + 1.0, z=PLACE[:, 2] - 1.0)
+    later.step, later.time = 2, 1.0
+    out = tmp_path / "points.h5"
+    still = {f"v{axis}": np.zeros(COUNT) for axis in "xyz"}
+    with pytest.raises(CaseError, match="y is not up .* --up z"):
+        points_file.write_points([frame(**still), later], PointOptions(), out)
+    points_file.write_points([frame(**still), later], PointOptions(up_told=True), out)
+
+
+def test_a_format_of_grains_is_refused(tmp_path):
+    with pytest.raises(CaseError, match="--format csv: not a format of points"):
+        points_file.convert([tmp_path / "x"], PointOptions(), tmp_path / "out.h5", "csv")
 
 
 def test_axes_turn_vectors_and_stress(tmp_path):
