@@ -3,37 +3,33 @@ records that their files tell and no others. The energy history has what positio
 tell; what has been dissipated nobody knows.
 """
 
-import datetime
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import h5py
 import numpy as np
 
+from cases import openpmd
 from cases.case import Case
 from cases.errors import CaseError
 from cases.files import replacing
-from cases.provenance import commit, machine
 from compare.importing import points, registry
 from compare.importing.frame import VECTORS, Frame
 
-COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
-DIMENSIONS = {
-    "m": (1, 0, 0),
-    "m/s": (1, 0, -1),
-    "kg": (0, 1, 0),
-    "m3": (3, 0, 0),
-    "Pa": (-1, 1, -2),
-    "m2/s2": (2, 0, -2),
-    "1": (0, 0, 0),
-}
 DOCS = {
     "time": "time",
     "kinetic": "of the points' velocities",
     "potential": "of the points, zero at y = 0",
-    "dissipated": "not told by files of points",
-    "unaccounted": "not told by files of points",
+}
+UNITS = {
+    "id": "-",
+    "position": "m",
+    "velocity": "m/s",
+    "mass": "kg",
+    "solid_volume": "m3",
+    "void_ratio": "-",
+    "granular_temperature": "m2/s2",
+    "stress": "Pa",
 }
 RISE = 0.01  # of the potential energy at the start: what an elastic rebound may add
 FAR = 1e-6  # of the extent: parts of a step whose points are farther apart are not the same points
@@ -110,8 +106,7 @@ def write_points(frames: Iterable[Frame], options: PointOptions, path: Path):
     positions, velocities or masses are missing or no numbers, or nobody tells the stresses' sign.
     """
     history: dict[str, list[float]] = {name: [] for name in DOCS}
-    with replacing(path) as part, h5py.File(part, "w") as file:
-        file.attrs.update(attributes(options))
+    with replacing(path) as part, openpmd.create(part, "mpm", attributes(options)) as file:
         last = -np.inf
         for number, frame in enumerate(joined(frames)):
             step = number if frame.step is None else frame.step
@@ -122,20 +117,28 @@ def write_points(frames: Iterable[Frame], options: PointOptions, path: Path):
                     f"({last:g} s) give the files in their order, and --time-step"
                 )
             last = time
-            if f"data/{step}" in file:
-                raise CaseError(f"{frame.source}: step {step} again give the files in their order")
-            group = file.create_group(f"data/{step}")
-            group.attrs.update({"time": time, "dt": options.time_step or np.nan, "timeUnitSI": 1.0})
+            if step < 0 or f"data/{step}" in file:
+                raise CaseError(
+                    f"{frame.source}: step {step} {'again' if step >= 0 else '(negative)'} give "
+                    "the files in their order"
+                )
             records = records_of(frame, options)
-            write_cloud(group.create_group("particles/cloud"), records)
+            group = openpmd.frame(file, step, time, options.time_step or np.nan)
+            cloud = group.create_group("particles/cloud")
+            for name, values in records.items():
+                kind = np.uint64 if name == "id" else np.float64
+                openpmd.record(cloud, name, values, UNITS[name], kind)
+            openpmd.offset(cloud, len(records["id"]))
             add(history, time, records, options.pull())
         if not history["time"]:
             raise CaseError(f"{path}: no frames to write")
         refuse_rising(history, options, path)
-        for name, values in history.items():
-            data = file.create_dataset(f"energy/{name}", data=np.array(values))
-            data.attrs.update({"unit": "s" if name == "time" else "J", "doc": DOCS[name]})
-        file.attrs["notes"] = "\n".join(options.notes) or "none"
+        rows = {
+            name: (np.array(values), "s" if name == "time" else "J", DOCS[name])
+            for name, values in history.items()
+        }
+        openpmd.history(file, rows)
+        openpmd.describe(file, notes="\n".join(options.notes) or "none")
 
 
 def refuse_rising(history: dict[str, list[float]], options: PointOptions, path: Path):
@@ -207,29 +210,13 @@ def time_of(frame: Frame, options: PointOptions) -> float:
 
 
 def attributes(options: PointOptions) -> dict:
-    """What the file says of itself at its root."""
-    today = datetime.datetime.now(datetime.timezone.utc)
+    """What the file says of itself at its root, besides what all do."""
     told = {
-        "openPMD": "1.1.0",
-        "openPMDextension": np.uint32(0),
-        "basePath": "/data/%T/",
-        "particlesPath": "particles/",
-        "meshesPath": "meshes/",
-        "iterationEncoding": "groupBased",
-        "iterationFormat": "/data/%T/",
-        "software": "grainpair",
-        "softwareVersion": commit(),
-        "date": today.strftime("%Y-%m-%d %H:%M:%S +0000"),
-        "machine": machine(),
-        "schema_version": 1,
-        "engine": "mpm",
         "engine_version": options.format or "points of another program",
-        "imported": np.int8(1),
-        "source": "\n".join(options.sources),
+        "source": "\n".join(options.sources) or "unknown",
         "gravity": options.pull(),
-        "commit": commit(),
         "seed": -1,
-        "command": "",
+        "command": "unknown",
         "threads": 1,
         "end_reason": "maximum",
     }
@@ -323,6 +310,8 @@ def stress_of(frame: Frame, options: PointOptions) -> np.ndarray | None:
 def checked(frame: Frame, records: dict[str, np.ndarray]):
     """Raises CaseError, with a point's id, where a record is no number, or none that can be."""
     ids, counts = np.unique(records["id"], return_counts=True)
+    if len(ids) and ids[0] < 0:
+        raise CaseError(f"{frame.source}: id {ids[0]} (below zero)")
     if counts.max(initial=1) > 1:
         raise CaseError(f"{frame.source}: id {ids[counts > 1][0]} more than once")
     for name, values in records.items():
@@ -338,37 +327,9 @@ def checked(frame: Frame, records: dict[str, np.ndarray]):
             )
 
 
-def write_cloud(cloud: h5py.Group, records: dict[str, np.ndarray]):
-    """The records of one instant."""
-    units = {"position": "m", "velocity": "m/s", "mass": "kg", "solid_volume": "m3", "stress": "Pa"}
-    units["granular_temperature"] = "m2/s2"
-    for name, values in records.items():
-        unit = units.get(name, "1")
-        if values.ndim == 1:
-            about(cloud.create_dataset(name, data=values), unit)
-            continue
-        record = cloud.create_group(name)
-        about(record, unit)
-        for k, component in enumerate("xyz" if values.shape[1] == 3 else COMPONENTS):
-            data = record.create_dataset(component, data=np.ascontiguousarray(values[:, k]))
-            data.attrs.update({"unitSI": 1.0, "unit": unit})
-    offset = cloud.create_group("positionOffset")
-    about(offset, "m")
-    for axis in "xyz":
-        shape = np.array([len(records["id"])], np.uint64)
-        offset.create_group(axis).attrs.update({"value": 0.0, "shape": shape, "unitSI": 1.0})
-
-
-def about(thing: h5py.HLObject, unit: str):
-    thing.attrs["unitDimension"] = np.array(DIMENSIONS[unit] + (0, 0, 0, 0), dtype=float)
-    thing.attrs.update({"timeOffset": 0.0, "unitSI": 1.0, "unit": unit})
-
-
 def add(history: dict[str, list[float]], time: float, records: dict, gravity: np.ndarray):
     """A row of the energy history."""
     mass = records["mass"]
     history["time"].append(time)
     history["kinetic"].append(float(0.5 * np.sum(mass * np.sum(records["velocity"] ** 2, axis=1))))
     history["potential"].append(float(-np.sum(mass * (records["position"] @ gravity))))
-    history["dissipated"].append(np.nan)
-    history["unaccounted"].append(np.nan)

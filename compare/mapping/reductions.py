@@ -139,7 +139,7 @@ def temperature(run: Run, frame: int) -> np.ndarray:
     NaN where imported points do not tell theirs.
     """
     own = "granular_temperature_state"
-    if own not in run.fields and run.attributes.get("imported"):
+    if own not in run.fields and run.imported and run.engine == "mpm":
         return np.full_like(run.fields["density"][frame], np.nan)
     return run.fields[own if own in run.fields else "granular_temperature"][frame]
 

@@ -180,6 +180,11 @@ class Run:
     def diameter(self) -> float:
         return self.case["grains.diameter"]
 
+    @property
+    def imported(self) -> bool:
+        """Whether the grains are those of another program."""
+        return "source" in self.attributes or self.attributes.get("engine_version") == "dumps"
+
     @cached_property
     def mass(self) -> float:
         """[kg], not scaled"""
@@ -196,7 +201,7 @@ class Run:
         """A column of the energy history, scaled by mass [J]; zero where the engine has none, not a
         number where points of another program do not tell it.
         """
-        none = np.nan if self.attributes.get("imported") else 0.0
+        none = np.nan if self.imported and self.engine == "mpm" else 0.0
         return self.mass_scale * self.energy.get(name, np.full_like(self.energy["time"], none))
 
     def normalised(self, name: str) -> np.ndarray:
@@ -242,8 +247,8 @@ def open_run(path: str | Path) -> Run:
         raise CaseError(f"{path}: not a run of grainpair ({error})") from error
     if not steps:
         raise CaseError(f"{path}: no frames")
-    imported = bool(attributes.get("imported"))  # points of another program
-    if attributes["engine"] == "mpm" and REGIME not in energy and not imported:
+    ours = "source" not in attributes  # else points of another program
+    if ours and attributes["engine"] == "mpm" and REGIME not in energy:
         raise CaseError(
             f"{path}: energy/{REGIME} is missing (a file of another version of grainpair) run the "
             "case again"

@@ -12,7 +12,7 @@ def no_audit(c, metrics):
     is not known.
     """
     for engine, runs in sides(c):
-        if any(run.attributes.get("imported") for run in runs):
+        if engine == "mpm" and any(run.imported for run in runs):
             yield Finding(
                 Severity.CAUTION,
                 f"The files of the {SIDE[engine]} do not tell what was dissipated or lost.",
