@@ -12,8 +12,10 @@ import numpy as np
 from cases import case
 from cases.errors import CaseError
 from cases.reading import opened
+from compare.importing import axes, points_file
 from compare.importing import options as importing
 from compare.importing.pipeline import convert
+from compare.importing.points_file import PointOptions
 
 TARGETS = ["mpm_case"]
 
@@ -26,6 +28,11 @@ def arguments(parser):
     parser.add_argument("--force", action="store_true", help="replace a file that is there")
     parser.add_argument("--quiet", action="store_true", help="show no progress and no summary")
     importing.arguments(parser)
+    group = parser.add_argument_group("material points of other MPM codes")
+    group.add_argument("--continuum", action="store_true", help="FILES hold points, not grains")
+    sign = group.add_mutually_exclusive_group()
+    sign.add_argument("--tension-positive", action="store_true", help="stress in the files")
+    sign.add_argument("--compression-positive", action="store_true", help="stress in the files")
 
 
 def run(options) -> int:
@@ -35,10 +42,38 @@ def run(options) -> int:
     if same:
         raise CaseError(f"{options.output}: is one of the files to import")
     scene = case.load(options.case) if options.case else None
+    if options.continuum:
+        return points(options, scene)
     words = importing.Options.of(options.files, options)
     notes = convert(words, scene, options.output, options.quiet)
     if not options.quiet:
         print("\n".join(summary(options.output)))
+        for note in notes:
+            print(note)
+    print(options.output)
+    return 0
+
+
+def points(options, scene: case.Case | None) -> int:
+    """Material points instead of grains."""
+    up = options.up or "y"
+    turned = axes.Axes.of(up, options.flow or next(word for word in "xyz" if word != up[-1]))
+    sign = {True: True, False: False if options.compression_positive else None}
+    words = PointOptions(
+        tension=sign[options.tension_positive],
+        case=scene,
+        density=options.density,
+        time_step=options.time_step,
+        turn=turned.turn,
+        origin=np.array(options.origin or (0.0, 0.0, 0.0)),
+        gravity=turned.vectors(np.array(options.gravity)) if options.gravity else None,
+        up_told=options.up is not None,
+    )
+    reading = {"columns": options.columns} | (
+        {"incomplete": "drop"} if options.skip_incomplete else {}
+    )
+    notes = points_file.convert(options.files, words, options.output, options.format, reading)
+    if not options.quiet:
         for note in notes:
             print(note)
     print(options.output)

@@ -35,7 +35,8 @@ class Box:
 class Frame:
     """One instant. `columns` by name, each (N,); `contacts` by name of CONTACTS, each (C,), or None
     where the file has none. `source` says where the frame stands: a file, and the line if it has
-    lines. What a file does not tell is None.
+    lines. `compression`: whether pressure is positive in the stress. What a file does not tell is
+    None.
     """
 
     source: str
@@ -45,3 +46,4 @@ class Frame:
     box: Box | None = None
     units: str | None = None
     contacts: dict[str, np.ndarray] | None = None
+    compression: bool | None = None

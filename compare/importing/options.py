@@ -27,6 +27,7 @@ def arguments(parser):
         help="files of contacts",
     )
     add("--contacts", metavar="COLUMNS", help='their columns: "first=7,second=8,fx=10,fy=11,fz=12"')
+    add("--columns", metavar="NAMES", help='of tables: "x=Position,radius=Size [mm]"')
     add("--case", type=Path, help="case file of the scene that the grains are of")
     add("--time-step", type=positive, metavar="S", help="of the run, where frames tell no time [s]")
     add("--density", type=positive, metavar="RHO", help="where the files tell no masses [kg/m3]")
@@ -99,6 +100,7 @@ class Options:
     gravity: tuple[float, ...] | None = None
     walls: Chosen = Chosen()
     skip_incomplete: bool = False
+    columns: str | None = None
 
     @classmethod
     def of(cls, files, words: argparse.Namespace) -> "Options":
@@ -121,6 +123,7 @@ class Options:
             tuple(words.gravity) if words.gravity else None,
             Chosen(tuple(words.wall_type), tuple(words.wall_id), words.wall == "frozen"),
             words.skip_incomplete,
+            words.columns,
         )
 
     def reading(self, notes: list[str]) -> dict:
@@ -128,6 +131,8 @@ class Options:
         out: dict = {"notes": notes}
         if self.skip_incomplete:
             out["incomplete"] = "drop"
+        if self.columns:
+            out["columns"] = self.columns
         if self.contacts:
             out["contacts"] = self.contacts
         return out

@@ -137,10 +137,12 @@ def dense_in_both(mpm: Run, dem: Run, i: int, k: int) -> np.ndarray:
 
 
 def temperature(run: Run, frame: int) -> np.ndarray:
-    """Granular temperature (ny, nx) [m2/s2]: the material points' own, or the grains'
-    measured one.
+    """Granular temperature (ny, nx) [m2/s2]: the material points' own, or the grains' measured one;
+    NaN where imported points do not tell theirs.
     """
     own = "granular_temperature_state"
+    if own not in run.fields and run.imported and run.engine == "mpm":
+        return np.full_like(run.fields["density"][frame], np.nan)
     return run.fields[own if own in run.fields else "granular_temperature"][frame]
 
 

@@ -93,13 +93,9 @@ class StoredClouds(Sequence[Cloud]):
                 state["dissipated"] = cloud["dissipated"][:][moving]
             elif DISSIPATION <= state.keys():
                 state["dissipated"] = mass * sum(state[name] for name in DISSIPATION)
-            return Cloud(
-                vector["position"],
-                vector["velocity"],
-                mass,
-                cloud["solid_volume"][:][moving],
-                state,
-            )
+            told = "solid_volume" in cloud  # imported points may not tell it
+            solid = cloud["solid_volume"][:][moving] if told else np.full_like(mass, np.nan)
+            return Cloud(vector["position"], vector["velocity"], mass, solid, state)
 
 
 @dataclass(frozen=True)
@@ -188,7 +184,7 @@ class Run:
 
     @property
     def imported(self) -> bool:
-        """Whether the grains are those of another program."""
+        """Whether grains or points are those of another program."""
         return "source" in self.attributes or self.attributes.get("engine_version") == "dumps"
 
     @property
@@ -210,8 +206,11 @@ class Run:
         return self.energy["time"] / self.time_scale
 
     def joules(self, name: str) -> np.ndarray:
-        """A column of the energy history, scaled by mass [J]; zero where the engine has none."""
-        return self.mass_scale * self.energy.get(name, np.zeros_like(self.energy["time"]))
+        """A column of the energy history, scaled by mass [J]; zero where the engine has none, not a
+        number where points of another program do not tell it.
+        """
+        none = np.nan if self.imported and self.engine == "mpm" else 0.0
+        return self.mass_scale * self.energy.get(name, np.full_like(self.energy["time"], none))
 
     def normalised(self, name: str) -> np.ndarray:
         """The same in units of the reference energy."""
@@ -260,7 +259,8 @@ def open_run(path: str | Path) -> Run:
         raise CaseError(f"{path}: not a run of grainpair ({error})") from error
     if not steps:
         raise CaseError(f"{path}: no frames")
-    if attributes["engine"] == "mpm" and REGIME not in energy:
+    ours = "source" not in attributes  # else points of another program
+    if ours and attributes["engine"] == "mpm" and REGIME not in energy:
         raise CaseError(
             f"{path}: energy/{REGIME} is missing (a file of another version of grainpair) run the "
             "case again"

@@ -91,7 +91,8 @@ def budget(run, split: bool = True) -> list[Account]:
         gone = [Account("all mechanisms", "dissipated", run.normalised("dissipated"))]
     if "lost" in run.energy:  # what vanished with imported grains was dissipated by none
         gone.append(Account("lost with grains", "numerical", run.normalised("lost")))
-    accounts = [a for a in held + gone if np.any(a.values)]
+    # What imported points do not tell is not a number; it goes into the residual.
+    accounts = [a for a in held + gone if np.any(np.nan_to_num(a.values))]
     total = sum((a.values for a in accounts), np.zeros_like(potential))
     accounts.append(Account("residual", "numerical", total[0] - total))
     return accounts

@@ -62,9 +62,14 @@ def energy_budget(comparison, narrow):
     for ax in axes:
         ax.set_ylim(1.03 * min(bottom, 0.0), 1.03 * top)
     lost = comparison.mpm[0].normalised("unaccounted")[-1]
-    return figure, (
+    told = (
         f"The numerics of the continuum lost {100 * lost:.1f} % of E0, the energy that the grains "
         "release: no share of its dissipation is known to better than that. "
+        if np.isfinite(lost)
+        else "What the continuum dissipated and what its numerics lost was not told. "
+    )
+    return figure, (
+        f"{told}"
         "What the released energy has become: held (blue), dissipated (orange), lost numerically "
         "or unexplained (grey). Totals and times compare; the accounts of dissipation are named by "
         "each engine in its own terms and do not correspond one to one."

@@ -17,7 +17,14 @@ def no_audit(c, metrics):
     is not known.
     """
     for engine, runs in sides(c):
-        if not all(audited(run) for run in runs):
+        if engine == "mpm" and any(run.imported for run in runs):
+            yield Finding(
+                Severity.CAUTION,
+                f"The files of the {SIDE[engine]} do not tell what was dissipated or lost.",
+                "Take these figures from the program that made them.",
+                of=engine,
+            )
+        elif not all(audited(run) for run in runs):
             yield Finding(
                 Severity.CAUTION,
                 f"The energies of the {SIDE[engine]} were not audited: their loss and the split of "
