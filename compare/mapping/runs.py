@@ -1,5 +1,6 @@
 """Runs of either engine and the fields mapped from them, read from HDF5."""
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -7,12 +8,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
+import h5py
 import numpy as np
 
+from cases import reading
 from cases.case import Case, parse
 from cases.errors import CaseError, EngineError
 from cases.programs import call, program
-from cases.reading import opened
 
 if TYPE_CHECKING:
     from compare.mapping.dissipation import InPlace
@@ -26,6 +28,7 @@ POINT_STATE = (
     "regime_4_dissipation",
     "contact_dissipation",
 )
+SYMMETRIC = ("xx", "yy", "zz", "xy", "yz", "zx")
 # of material points [J/kg]
 DISSIPATION = {name for name in POINT_STATE if name.endswith("_dissipation")}
 
@@ -49,7 +52,9 @@ class Cloud:
 
 
 class StoredClouds(Sequence[Cloud]):
-    """The frames of a run file; each is read when it is asked for, the last one kept."""
+    """The frames of a result file; each is read when it is asked for, the last one kept. Raises
+    CaseError where one cannot be read or holds numbers that are none.
+    """
 
     def __init__(self, path: Path, steps: list[int]):
         self.path, self.steps = path, steps
@@ -75,31 +80,38 @@ class StoredClouds(Sequence[Cloud]):
         return self.kept[1]
 
     def read(self, step: int) -> Cloud:
-        with opened(self.path) as f:
-            cloud = f[f"data/{step}/particles/cloud"]
-            moving = cloud["kind"][:] != GLUED if "kind" in cloud else slice(None)
-            vector = {
-                r: np.stack([cloud[r][k][:] for k in "xyz"], axis=-1)[moving]
-                for r in ("position", "velocity")
-            }
-            mass = cloud["mass"][:][moving]
-            state = {name: cloud[name][:] for name in POINT_STATE if name in cloud}
-            if "stress" in cloud:
-                normal = [cloud["stress"][name][:] for name in ("xx", "yy", "zz")]
-                shear = [cloud["stress"][name][:] for name in ("xy", "yz", "zx")]
-                state["pressure"] = sum(normal) / 3.0
-                state["stress"] = np.sqrt(sum(s * s for s in [*normal, *shear, *shear]))
-            if "dissipated" in cloud:
-                state["dissipated"] = cloud["dissipated"][:][moving]
-            elif DISSIPATION <= state.keys():
-                state["dissipated"] = mass * sum(state[name] for name in DISSIPATION)
-            return Cloud(
-                vector["position"],
-                vector["velocity"],
-                mass,
-                cloud["solid_volume"][:][moving],
-                state,
-            )
+        with reading.result(self.path) as f:
+            return cloud_of(reading.group(f, f"data/{step}/particles/cloud"))
+
+
+def cloud_of(cloud: h5py.Group) -> Cloud:
+    """What moves of a frame's particles."""
+    mass = reading.values(cloud, "mass")
+    count = len(mass)
+    volume = reading.values(cloud, "solid_volume", count)
+    for name, found in (("mass", mass), ("solid_volume", volume)):
+        if np.any(found <= 0.0):
+            row = int(np.flatnonzero(found <= 0.0)[0])
+            raise CaseError(f"{reading.where(cloud)}/{name}: row {row} is {found[row]:g} (not > 0)")
+    if "positionOffset" in cloud and np.any(reading.vectors(cloud, "positionOffset", count)):
+        raise CaseError(f"{reading.where(cloud)}/positionOffset: not zero (positions are absolute)")
+    moving = np.ones(count, bool)
+    if "kind" in cloud:
+        moving = reading.values(cloud, "kind", count) != GLUED
+    of_points = [name for name in POINT_STATE if name in cloud]
+    state = {name: reading.values(cloud, name, count)[moving] for name in of_points}
+    if "stress" in cloud:
+        xx, yy, zz, *shear = (
+            reading.values(cloud, f"stress/{name}", count)[moving] for name in SYMMETRIC
+        )
+        state["pressure"] = (xx + yy + zz) / 3.0
+        state["stress"] = np.sqrt(sum(s * s for s in (xx, yy, zz, *shear, *shear)))
+    if "dissipated" in cloud:
+        state["dissipated"] = reading.values(cloud, "dissipated", count)[moving]
+    elif DISSIPATION <= state.keys():
+        state["dissipated"] = mass[moving] * sum(state[name] for name in DISSIPATION)
+    x, v = (reading.vectors(cloud, name, count)[moving] for name in ("position", "velocity"))
+    return Cloud(x, v, mass[moving], volume[moving], state)
 
 
 @dataclass(frozen=True)
@@ -221,6 +233,23 @@ class Run:
 
 
 REGIME = "dissipated_regime_4"  # without it a budget would have a hole that looks like zero
+UNKNOWN = ("unaccounted",)  # accounts that are NaN where nobody audited them
+POSITIVE = (
+    "geometry.height",
+    "geometry.length",
+    "geometry.thickness",
+    "geometry.gravity",
+    "grains.diameter",
+    "grains.density",
+    "compare.width",
+    "compare.spacing",
+)
+# Attributes of a file's root by their type, and what stands for those that a file lacks.
+TEXTS = ("engine_version", "commit", "command", "date", "end_reason", "warnings", "contradictions")
+NUMBERS = ("seed", "wall_seconds", "time_scale", "softening_error", "weight_to_stiffness")
+UNTOLD = {"commit": "unknown", "command": "unknown", "date": "unknown", "seed": -1} | {
+    "cpu_seconds": math.nan
+}
 
 
 def seconds_of(run: Run, name: str) -> float:
@@ -228,51 +257,117 @@ def seconds_of(run: Run, name: str) -> float:
     return float(run.attributes.get(name, np.nan))
 
 
-def open_run(path: str | Path) -> Run:
-    """The run of a result file; raises CaseError when it is not one."""
+@dataclass(frozen=True)
+class CloudFile:
+    """What every result file tells, with a case or without: `attributes` of its root, and its
+    frames at `time` [s], NaN where that is not told.
+    """
+
+    path: Path
+    engine: str
+    attributes: dict
+    time: np.ndarray
+    clouds: StoredClouds
+
+
+def open_grains(path: str | Path) -> CloudFile:
+    """The frames of a result file, such as grains.h5, for which no case is needed; raises CaseError
+    when it is not one. Sizes and types of all frames are checked, their numbers when they are read.
+    """
     path = Path(path)
-    try:
-        with opened(path) as f:
-            attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in f.attrs.items()}
-            steps = sorted(int(name) for name in f["data"])
-            time = np.array([f[f"data/{step}"].attrs["time"] for step in steps])
-            energy = {name: data[:] for name, data in f["energy"].items()}
-    except CaseError:
-        raise
-    except (OSError, KeyError, ValueError) as error:
-        raise CaseError(f"{path}: not a run of grainpair ({error})") from error
-    if not steps:
-        raise CaseError(f"{path}: no frames")
-    if attributes["engine"] == "mpm" and REGIME not in energy:
-        raise CaseError(
-            f"{path}: energy/{REGIME} is missing (a file of another version of grainpair) run the "
-            "case again"
-        )
-    return Run(
-        path.stem,
-        attributes["engine"],
-        parse(attributes["case_resolved"], path),
-        time,
-        StoredClouds(path, steps),
-        energy,
-        attributes,
-    )
+    with reading.result(path) as f:
+        told = checked(path, UNTOLD | reading.attributes(f))
+        engine = told.get("engine")
+        if engine not in ("mpm", "dem"):
+            raise CaseError(f"{path}: attribute engine is {engine!r} (neither 'mpm' nor 'dem')")
+        names = list(reading.group(f, "data"))
+        strange = [name for name in names if not name.isdecimal() or str(int(name)) != name]
+        if strange or not names:
+            found = f"{strange[0]!r} is no step" if strange else "no frames"
+            raise CaseError(f"{path}:/data: {found}")
+        steps = sorted(map(int, names))
+        time = np.array([check_frame(reading.group(f, f"data/{step}")) for step in steps])
+    return CloudFile(path, engine, told, time, StoredClouds(path, steps))
+
+
+def checked(path: Path, told: dict) -> dict:
+    """Attributes of a root, those that are known of the type that they are known by."""
+    for name, value in told.items():
+        if name in TEXTS and not isinstance(value, str):
+            raise CaseError(f"{path}: attribute {name} is {value!r} (no text)")
+        if name in NUMBERS or name.startswith("cpu_seconds"):
+            if not reading.is_number(value):
+                raise CaseError(f"{path}: attribute {name} is {value!r} (no number)")
+    return told
+
+
+def check_frame(frame: h5py.Group) -> float:
+    """The time of a frame [s], whose records agree in their length."""
+    time = frame.attrs.get("time", "missing")
+    if not reading.is_number(time):
+        raise CaseError(f"{reading.where(frame)}: attribute time is {reading.plain(time)!r}")
+    cloud = reading.group(frame, "particles/cloud")
+    count = reading.length(cloud, "mass")
+    needed = ["solid_volume", *(f"{r}/{k}" for r in ("position", "velocity") for k in "xyz")]
+    scalars = ("id", "kind", "radius", "dissipated", "granular_temperature", *POINT_STATE)
+    known = [name for name in scalars if name in cloud]
+    known += [f"angular_velocity/{k}" for k in "xyz" if "angular_velocity" in cloud]
+    known += [f"stress/{k}" for k in SYMMETRIC if "stress" in cloud]
+    for name in [*needed, *known]:
+        reading.length(cloud, name, count)
+    return float(time)
+
+
+def open_run(path: str | Path) -> Run:
+    """The run of a result file; raises CaseError when it is not one, such as grains without a
+    case.
+    """
+    found = open_grains(path)
+    path, told, engine = found.path, found.attributes, found.engine
+    if "case_resolved" not in told:
+        raise CaseError(f"{path}: needs a case (the file has none) give --case when importing it")
+    scene = parse(told["case_resolved"], path)
+    for key in POSITIVE:
+        check_positive(scene, key)
+    if not np.all(np.diff(found.time) > 0.0) or not np.all(np.isfinite(found.time)):
+        raise CaseError(f"{path}: the times of its frames do not increase from frame to frame")
+    with reading.result(path) as f:
+        accounts = reading.group(f, "energy")
+        energy = reading.columns(accounts, ("time", *accounts), UNKNOWN)
+    for name in ("kinetic", "potential", *([REGIME] if engine == "mpm" else [])):
+        if name not in energy:
+            why = " (a file of another version of grainpair) run the case again"
+            raise CaseError(f"{path}: energy/{name} is missing{why if name == REGIME else ''}")
+    rows = len(energy["time"])
+    if not rows or np.any(np.diff(energy["time"]) < 0.0):
+        raise CaseError(f"{path}: energy/time holds {rows} times that do not increase")
+    return Run(path.stem, engine, scene, found.time, found.clouds, energy, told)
+
+
+def check_positive(scene: Case, key: str):
+    section, name = key.split(".")
+    value = scene[section].get(name)
+    if value is None or not 0.0 < value < np.inf:
+        raise CaseError(f"{scene.path}: case_resolved: {key} is {value} (not > 0)")
 
 
 def map_fields(runs: list[Path], output: Path, *options):
-    """Calls grain_map; raises EngineError with its line when it fails."""
+    """Calls grain_map; raises CaseError with its line for a file that it cannot map, EngineError
+    when it fails.
+    """
     command = [program("grain_map"), *runs, "-o", output, "--quiet", *options]
     environment = os.environ | {
         "GOMP_SPINCOUNT": "0"
     }  # waiting threads leave the cores to the engines
     done = call(command, env=environment)
+    if done.returncode == 2:
+        raise CaseError(done.stderr.strip())
     if done.returncode:
         raise EngineError(done.stderr.strip() or f"grain_map: failed with code {done.returncode}")
 
 
 def open_fields(path: str | Path, name: str) -> Fields:
     """Fields of the run `name` in a file of grain_map."""
-    f = opened(path)
+    f = reading.opened(path)
     grid = Grid(f["grid/x"][:], f["grid/y"][:], float(f["grid"].attrs["cell_volume"]))
-    attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in f.attrs.items()}
-    return Fields(grid, f[name]["time"][:], f[name], attributes)
+    return Fields(grid, f[name]["time"][:], f[name], reading.attributes(f))
