@@ -321,7 +321,7 @@ def apply(file, place, how, value, row):
 def test_whatever_is_done_only_a_case_error_comes_out(folder, tmp_path_factory, name):
     places = things(folder / name)
 
-    @settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
     @given(spoiling(places))
     def check(what):
         run = spoilt(folder, tmp_path_factory.mktemp("a"), name, lambda file: apply(file, *what))
