@@ -88,7 +88,7 @@ def cloud_of(cloud: h5py.Group) -> Cloud:
     """What moves of a frame's particles."""
     mass = reading.values(cloud, "mass")
     count = len(mass)
-    volume = reading.values(cloud, "solid_volume", count)
+    volume = volumes(cloud, count)
     for name, found in (("mass", mass), ("solid_volume", volume)):
         if np.any(found <= 0.0):
             row = int(np.flatnonzero(found <= 0.0)[0])
@@ -112,6 +112,17 @@ def cloud_of(cloud: h5py.Group) -> Cloud:
         state["dissipated"] = mass[moving] * sum(state[name] for name in DISSIPATION)
     x, v = (reading.vectors(cloud, name, count)[moving] for name in ("position", "velocity"))
     return Cloud(x, v, mass[moving], volume[moving], state)
+
+
+def volumes(cloud: h5py.Group, count: int) -> np.ndarray:
+    """Solid volumes (N,) [m3], told or of spheres; NaN where points of another program tell
+    neither.
+    """
+    if "solid_volume" in cloud:
+        return reading.values(cloud, "solid_volume", count)
+    if "radius" in cloud:
+        return 4.0 / 3.0 * np.pi * reading.values(cloud, "radius", count) ** 3
+    return np.full(count, np.nan)
 
 
 @dataclass(frozen=True)
@@ -308,8 +319,16 @@ def check_frame(frame: h5py.Group) -> float:
         raise CaseError(f"{reading.where(frame)}: attribute time is {reading.plain(time)!r}")
     cloud = reading.group(frame, "particles/cloud")
     count = reading.length(cloud, "mass")
-    needed = ["solid_volume", *(f"{r}/{k}" for r in ("position", "velocity") for k in "xyz")]
-    scalars = ("id", "kind", "radius", "dissipated", "granular_temperature", *POINT_STATE)
+    needed = [f"{r}/{k}" for r in ("position", "velocity") for k in "xyz"]
+    scalars = (
+        "solid_volume",
+        "id",
+        "kind",
+        "radius",
+        "dissipated",
+        "granular_temperature",
+        *POINT_STATE,
+    )
     known = [name for name in scalars if name in cloud]
     known += [f"angular_velocity/{k}" for k in "xyz" if "angular_velocity" in cloud]
     known += [f"stress/{k}" for k in SYMMETRIC if "stress" in cloud]
@@ -329,13 +348,15 @@ def open_run(path: str | Path) -> Run:
     scene = parse(told["case_resolved"], path)
     for key in POSITIVE:
         check_positive(scene, key)
-    if not np.all(np.diff(found.time) > 0.0) or not np.all(np.isfinite(found.time)):
+    several = len(found.time) > 1
+    if several and not (np.all(np.isfinite(found.time)) and np.all(np.diff(found.time) > 0.0)):
         raise CaseError(f"{path}: the times of its frames do not increase from frame to frame")
     with reading.result(path) as f:
         accounts = reading.group(f, "energy")
-        energy = reading.columns(accounts, ("time", *accounts), UNKNOWN)
+        unknown = UNKNOWN if several else (*UNKNOWN, "time")
+        energy = reading.columns(accounts, ("time", *accounts), unknown)
     for name in ("kinetic", "potential", *([REGIME] if engine == "mpm" else [])):
-        if name not in energy:
+        if name not in energy and "source" not in told:  # else it is another program's
             why = " (a file of another version of grainpair) run the case again"
             raise CaseError(f"{path}: energy/{name} is missing{why if name == REGIME else ''}")
     rows = len(energy["time"])

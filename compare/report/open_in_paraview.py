@@ -74,10 +74,11 @@ def show_contacts(side: dict, view):
     shown.DiffuseColor = shown.AmbientColor = [0.75, 0.1, 0.1]
 
 
-def look_at(view, lower: list, upper: list, wide: float):
+def look_at(view, corners: list, wide: float):
     """From the front, all that is ever between two corners, on a picture `wide` times as wide as
     high.
     """
+    lower, upper = corners
     view.InteractionMode = "2D"
     view.CameraParallelProjection = 1
     middle = [0.5 * (a + b) for a, b in zip(lower, upper)]
@@ -113,7 +114,7 @@ def main(words: list):
         label = pv.Show(title, view)
         label.Color, label.FontSize = [0.0, 0.0, 0.0], 14
         label.WindowLocation = "Upper Left Corner"
-        look_at(view, *SCENE["corners"], wide=2.0 * len(sides))
+        look_at(view, SCENE["corners"], 2.0 * len(sides))
     if len(views) == 2:
         pv.AddCameraLink(views[0], views[1], "both sides")
     times = pv.GetAnimationScene()

@@ -22,15 +22,16 @@ from compare.mapping.runs import GLUED, SYMMETRIC, Fields, StoredClouds, open_fi
 
 OMITTED = {"position", "positionOffset"}  # the first are the points, the second is zero
 MAPPED = ("void_ratio", "granular_temperature")  # fields that particles are given, as mapped_…
-SHARE = (0.05, 0.95)  # of what is mapped that colours resolve: at the surface e has no bound
+# Quantiles of what is mapped that colours span: at the surface the void ratio has no bound.
+SHARE = (0.05, 0.95)
 RANGED = ("velocity", *(f"mapped_{name}" for name in MAPPED))
 
 
 @dataclass
 class Seen:
-    """What all frames of a file have between them: `ranges` of RANGED (of velocity, of its
-    magnitude) and of the places of what moves, each lowest and highest; the largest force of a contact [N];
-    `radius` to draw a particle of, where the file gives it none [m].
+    """What all frames of a file have between them: lowest and highest (`ranges`) of RANGED (of
+    velocity, of its magnitude), of radii and of the places of what moves; the largest force of a
+    contact [N]; the `radius` to draw a particle with, where the file gives it none [m].
     """
 
     ranges: dict[str, tuple] = field(default_factory=dict)

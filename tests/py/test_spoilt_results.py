@@ -161,7 +161,6 @@ BAD = {
     "no z": (BOTH, without(f"{CLOUD}/position/z"), "position/z: missing"),
     "no velocity": (BOTH, without(f"{CLOUD}/velocity/y"), "velocity/y: missing"),
     "no mass": (BOTH, without(f"{CLOUD}/mass"), "mass: missing"),
-    "no volume": (BOTH, without(f"{CLOUD}/solid_volume"), "solid_volume: missing"),
     "renamed": (BOTH, lambda f: f.move(f"{CLOUD}/mass", f"{CLOUD}/m"), "mass: missing"),
     "short x": (BOTH, changed(f"{CLOUD}/position/x", short), "position/x: of length"),
     "short velocity": (BOTH, changed(f"{CLOUD}/velocity/z", short), "velocity/z: of length"),
