@@ -87,9 +87,15 @@ def tell_contradictions(case: Case):
 def parse(resolved: str, path: str | Path = "", text: str = "") -> Case:
     """The scene of a resolved TOML text, such as the attribute `case_resolved` of a result file.
 
-    A file written before the schema gained a key has that key's default.
+    A file written before the schema gained a key has that key's default. Raises CaseError where it
+    is no TOML, or a value is not of its key's type.
     """
-    return Case(Path(path), text, resolved, completed(tomllib.loads(resolved), schema()))
+    at = f"{path}: case_resolved"
+    try:
+        values = tomllib.loads(resolved)
+    except (tomllib.TOMLDecodeError, TypeError, AttributeError) as error:
+        raise CaseError(f"{at}: not a case ({error})") from error
+    return Case(Path(path), text, resolved, completed(values, schema(), at))
 
 
 @cache
@@ -100,11 +106,29 @@ def schema() -> dict:
     return keys
 
 
-def completed(values: dict, keys: dict) -> dict:
-    """`values` with the defaults of the keys they lack."""
+# Types of TOML that a type of the schema takes.
+TYPES: dict[str, tuple[type, ...]] = {
+    "float": (float, int),
+    "integer": (int,),
+    "boolean": (bool,),
+    "string": (str,),
+    "choice": (str,),
+}
+
+
+def completed(values: dict, keys: dict, at: str = "") -> dict:
+    """`values` with the defaults of the keys they lack; raises CaseError, which begins with `at`,
+    where one is not of its key's type.
+    """
+    if not isinstance(values, dict):
+        raise CaseError(f"{at}: not a table ({values!r})")
     for name, key in keys.items():
         if "type" not in key:
-            values[name] = completed(values.get(name, {}), key)
+            values[name] = completed(values.get(name, {}), key, f"{at}: {name}")
+        elif name in values:
+            taken = TYPES.get(key["type"], (object,))
+            if type(values[name]) not in taken and object not in taken:  # a bool is no int
+                raise CaseError(f"{at}: {name} = {values[name]!r} (no {key['type']})")
         elif "default" in key:
-            values.setdefault(name, key["default"])
+            values[name] = key["default"]
     return values

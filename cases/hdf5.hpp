@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -79,6 +80,10 @@ inline hid_t type_of<double>() {
 template <>
 inline hid_t type_of<std::uint32_t>() {
   return H5T_NATIVE_UINT32;
+}
+template <>
+inline hid_t type_of<std::uint64_t>() {
+  return H5T_NATIVE_UINT64;
 }
 template <>
 inline hid_t type_of<std::int64_t>() {
@@ -162,15 +167,18 @@ void write_attribute(hid_t object, const std::string& name, T value) {
     throw Error("HDF5: cannot write attribute " + name);
 }
 
+/// Text of fixed length, as openPMD wants it.
 inline void write_attribute(hid_t object, const std::string& name, const std::string& value) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "copy a type");
-  H5Tset_size(type, H5T_VARIABLE);  // readers get text, not padded bytes
-  H5Tset_cset(type, H5T_CSET_UTF8);
+  H5Tset_size(type, std::max<std::size_t>(value.size(), 1));
+  H5Tset_strpad(type, H5T_STR_NULLPAD);
+  const bool ascii = std::ranges::all_of(value, [](unsigned char c) { return c < 0x80; });
+  H5Tset_cset(type, ascii ? H5T_CSET_ASCII : H5T_CSET_UTF8);
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "make a dataspace");
   const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
                          H5Aclose, "create attribute " + name);
-  const char* const text = value.c_str();
-  if (H5Awrite(attribute, type, &text) < 0) throw Error("HDF5: cannot write attribute " + name);
+  if (H5Awrite(attribute, type, value.c_str()) < 0)
+    throw Error("HDF5: cannot write attribute " + name);
 }
 
 /// A compressed one-dimensional dataset, stored as `stored` (native type of T by default).

@@ -41,7 +41,7 @@ DOCS = {
     "branch": "centre of first minus centre of second (nearest image), or minus contact point",
     "force": "on first",
 }
-PACKED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+PACKED: dict = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 COMPONENTS = {3: ("x", "y", "z"), 6: ("xx", "yy", "zz", "xy", "yz", "zx")}
 
 
@@ -92,18 +92,26 @@ def frame(file: h5py.File, step: int, time: float, dt: float) -> h5py.Group:
 
 
 def record(
-    parent: h5py.Group, name: str, values: np.ndarray, unit: str, kind, doc: str = ""
+    parent: h5py.Group,
+    name: str,
+    values: np.ndarray,
+    unit: str,
+    kind,
+    doc: str = "",
+    level: int = PACKED["compression_opts"],
 ) -> None:
     """A record of values (N,), of vectors (N, 3) or of symmetric tensors (N, 6) in the order xx yy
-    zz xy yz zx, stored as type `kind`; `doc` for what DOCS does not say.
+    zz xy yz zx, stored as type `kind`; `doc` for what DOCS does not say; `level` of compression, 0
+    for none.
     """
+    stored = packed(values, level)
     if values.ndim == 1:
-        parts = [parent.create_dataset(name, data=values.astype(kind), **packed(values))]
+        parts = [parent.create_dataset(name, data=values.astype(kind), **stored)]
         whole: h5py.HLObject = parts[0]
     else:
         whole = parent.create_group(name)
         parts = [
-            whole.create_dataset(axis, data=values[:, k].astype(kind), **packed(values))
+            whole.create_dataset(axis, data=values[:, k].astype(kind), **stored)
             for k, axis in enumerate(COMPONENTS[values.shape[1]])
         ]
     about(whole, unit, doc or DOCS.get(name, ""))
@@ -111,9 +119,9 @@ def record(
         describe(part, unitSI=1.0, unit=unit)
 
 
-def packed(values: np.ndarray) -> dict:
+def packed(values: np.ndarray, level: int) -> dict:
     """How an array is stored: HDF5 cannot compress an empty one."""
-    return PACKED if len(values) else {}
+    return PACKED | {"compression_opts": level} if len(values) and level else {}
 
 
 def offset(cloud: h5py.Group, count: int) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cases import openpmd
 from cases.errors import EngineError, Failure
 
 from . import scene
@@ -226,7 +227,8 @@ def finish(
     """Puts into a result its packing and what is known only at the end."""
     result.packing(packing / "packing.h5")
     beyond = beyond_floor(shot.atoms["x"][shot.mobile], case)
-    result.file.attrs.update(
+    openpmd.describe(
+        result.file,
         end_reason=reason,
         steps=step,
         time_scale=plan.scale,
@@ -240,11 +242,12 @@ def close(result: Result, cpu: float, wall: float, parts: dict[str, float]) -> N
     the processor time are empty where nobody knows them.
     """
     packing = float(result.file["packing"].attrs["cpu_seconds"])
-    result.file.attrs.update(
+    openpmd.describe(
+        result.file,
+        parts,
         cpu_seconds=cpu + packing,
         cpu_seconds_collapse=cpu,
         cpu_seconds_packing=packing,
         wall_seconds=wall,
-        **parts,
     )
     result.file.close()

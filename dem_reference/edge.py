@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cases import command_line
+from cases import command_line, reading
 from cases.case import parse
 from cases.errors import exit_code
 from cases.files import check_table
-from cases.reading import opened
 
 from .ensemble import save
 from .summary import scalars
@@ -55,12 +54,12 @@ def edge(distance: np.ndarray, diameter: float, *, width: float | None = None) -
 
 def row(path: Path) -> dict[str, float]:
     """Aspect ratio, run-out by the edge of the deposit [L0], and what summary.py says."""
-    with opened(path) as file:
-        geometry = parse(file.attrs["case_resolved"]).values["geometry"]
-        cloud = file[f"data/{file.attrs['steps']}/particles/cloud"]
-        grains = cloud["kind"][()] == 1
-        x, z = cloud["position/x"][()][grains], cloud["position/z"][()][grains]
-        d = 2 * float(cloud["radius"][0])
+    with reading.result(path) as file:
+        geometry = parse(reading.attributes(file)["case_resolved"], path).values["geometry"]
+        cloud = reading.group(file, f"data/{file.attrs['steps']}/particles/cloud")
+        grains = reading.values(cloud, "kind") == 1
+        x, _, z = reading.vectors(cloud, "position", len(grains))[grains].T
+        d = 2 * float(reading.values(cloud, "radius", len(grains))[0])
     radial = geometry["dimension"] == "axisymmetric"
     front = (
         edge(np.hypot(x, z), d)

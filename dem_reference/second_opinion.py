@@ -18,11 +18,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cases import command_line
+from cases import command_line, reading
 from cases.case import parse
 from cases.errors import EngineError, exit_code
 from cases.files import check_table
-from cases.reading import opened
 
 from . import lammps, scene
 from .collapse import Plan
@@ -74,12 +73,12 @@ def contact_law(grains: Grains, gravity: float, name: str) -> dict[str, str]:
 
 def input_files(path: Path, folder: Path, law: str = LAWS[0]) -> tuple[str, dict]:
     """The LAMMPS input for a dem.h5; writes the grains to `folder`. Also the case."""
-    with opened(path) as file:
-        case = parse(file.attrs["case_resolved"]).values
-        cloud = file["data/0/particles/cloud"]
-        kind = cloud["kind"][()]
-        x = np.column_stack([cloud[f"position/{axis}"][()] for axis in "xyz"])
-        steps = int(file.attrs["steps"])
+    with reading.result(path) as file:
+        case = parse(reading.attributes(file)["case_resolved"], path).values
+        cloud = reading.group(file, "data/0/particles/cloud")
+        kind = reading.values(cloud, "kind")
+        x = reading.vectors(cloud, "position", len(kind))
+        steps = int(reading.number(file, "steps"))
     grains, plan, geometry = Grains.of(case), Plan.of(case), case["geometry"]
     if (
         case["walls"]["front_back"] != "periodic"

@@ -14,15 +14,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
-from cases import command_line
+from cases import command_line, reading
 from cases.case import parse
 from cases.style import STYLE
 from cases.errors import CaseError, exit_code
 from cases.files import check_figure, check_table, write_figure
-from cases.reading import opened
 
 from .ensemble import save
 
+ENERGIES = ("time", "potential", "dissipated_normal", "dissipated_tangential", "dissipated")
 STEP = 0.1  # between rows of the table [sqrt(H/g)]
 
 
@@ -33,21 +33,19 @@ def shares(path: Path) -> pd.DataFrame:
     Thresholds that the sampling interval does not resolve are left out: every contact seen once is
     older.
     """
-    with opened(path) as file:
+    with reading.result(path) as file:
         if "lifetime" not in file:
             raise CaseError(
                 f"{path}: no split of the dissipation (dem.audit_interval = 0, or a plain script)"
             )
-        threshold = parse(file.attrs["case_resolved"]).values["dem"]["lifetime_threshold"]
-        energy = {name: values[()] for name, values in file["energy"].items()}
-        enduring, multiples = (
-            file["lifetime/dissipated_enduring"][()],
-            file["lifetime/multiples"][()],
-        )
-        youngest = (
-            file["lifetime"].attrs["interval"] / file["lifetime"].attrs["unit_time"]
-        )  # [contact times]
-        time = energy["time"] / file.attrs["time_scale"]
+        threshold = parse(reading.attributes(file)["case_resolved"], path)["dem.lifetime_threshold"]
+        energy = reading.columns(reading.group(file, "energy"), ENERGIES)
+        lifetime = reading.group(file, "lifetime")
+        enduring, multiples = lifetime["dissipated_enduring"][()], lifetime["multiples"][()]
+        if enduring.shape != (len(energy["time"]), len(multiples)):
+            raise CaseError(f"{path}: lifetime/dissipated_enduring is of shape {enduring.shape}")
+        youngest = reading.number(lifetime, "interval") / reading.number(lifetime, "unit_time")
+        time = energy["time"] / reading.number(file, "time_scale")
     released = energy["potential"][0] - energy["potential"][-1]
     contacts = energy["dissipated_normal"] + energy["dissipated_tangential"]
     parts = {

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from cases import reading
 from cases.case import parse
-from cases.reading import opened
 
 # name -> unit; energies are relative to the potential energy released, times to sqrt(H/g), lengths
 # to L0 or H
@@ -45,27 +45,27 @@ def scalars(path: Path) -> dict[str, float]:
     decides highest_grain_at_wall, the top of the grains within 1.5 d of it; the height of a deposit
     is compare's `final_height`. Of an axisymmetric column x is the distance from the axis.
     """
-    with opened(path) as file:
-        case = parse(file.attrs["case_resolved"])
-        length, height, scale = (
-            case["geometry.length"],
-            case["geometry.height"],
-            file.attrs["time_scale"],
-        )
-        energy = {name: values[()] for name, values in file["energy"].items()}
-        frame = file[f"data/{max(map(int, file['data']))}/particles/cloud"]
-        grains = frame["kind"][()] == 1
-        reach, y = frame["position/x"][()][grains], frame["position/y"][()][grains]
+    with reading.result(path) as file:
+        told = reading.attributes(file)
+        case = parse(told["case_resolved"], path)
+        length, height = case["geometry.length"], case["geometry.height"]
+        scale = reading.number(file, "time_scale")
+        accounts = reading.group(file, "energy")
+        energy = reading.columns(accounts, ("time", "kinetic", *accounts), ("unaccounted",))
+        frame = reading.group(file, f"data/{max(map(int, file['data']))}/particles/cloud")
+        grains = reading.values(frame, "kind") == 1
+        reach, y, z = reading.vectors(frame, "position", len(grains))[grains].T
+        radius = reading.values(frame, "radius", len(grains))[0]
         if case["geometry.dimension"] == "axisymmetric":
-            reach = np.hypot(reach, frame["position/z"][()][grains])
-        x, near_wall = np.sort(reach), reach < 3 * frame["radius"][0]
+            reach = np.hypot(reach, z)
+        x, near_wall = np.sort(reach), reach < 3 * radius
         released = energy["potential"][0] - energy["potential"][-1]
         peak = int(energy["kinetic"].argmax())
         out = {
-            "seed": file.attrs["seed"],
+            "seed": told["seed"],
             "run_out": x[int(np.ceil(0.995 * x.size)) - 1] / length - 1,
             "run_out_99": x[int(np.ceil(0.99 * x.size)) - 1] / length - 1,
-            "highest_grain_at_wall": (y[near_wall].max() + frame["radius"][0]) / height,
+            "highest_grain_at_wall": (y[near_wall].max() + radius) / height,
             "kinetic_energy_peak": energy["kinetic"][peak] / energy["potential"][0],
             "kinetic_energy_peak_time": energy["time"][peak] / scale,
             "released": released,
@@ -73,8 +73,8 @@ def scalars(path: Path) -> dict[str, float]:
             "fluctuation_peak": energy["fluctuation"].max() / released,
             "kinetic_energy_end": energy["kinetic"][-1] / energy["kinetic"][peak],
             "end_time": energy["time"][-1] / scale,
-            "cpu_seconds": file.attrs["cpu_seconds"],
-            "cpu_seconds_engine": file.attrs.get("cpu_seconds_engine", np.nan),
+            "cpu_seconds": told["cpu_seconds"],
+            "cpu_seconds_engine": told.get("cpu_seconds_engine", np.nan),
             **{
                 name: file["packing"].attrs[name]
                 for name in ("void_ratio", "lateral_stress_ratio", "coordination", "grains")

@@ -16,10 +16,9 @@ import time
 from collections import defaultdict
 from pathlib import Path
 
-import h5py
 import pandas as pd
 
-from cases import command_line, cores
+from cases import command_line, cores, reading
 from cases.case import Case, load
 from cases.errors import EngineError, exit_code
 from cases.files import check_table
@@ -48,8 +47,8 @@ def grains(start: list, case: Path, sets: list[str], result: Path) -> dict:
     done = call([*start, case, *words, "-o", result, "--quiet"])
     if done.returncode:
         raise EngineError(done.stderr.strip())
-    with h5py.File(result) as file:
-        return dict(file.attrs)
+    with reading.result(result) as file:
+        return reading.attributes(file)
 
 
 def parts(told: dict) -> dict[str, float]:

@@ -1,16 +1,19 @@
-"""Write the particles of a run as .pvd and .vtu, which ParaView opens.
+"""Write the particles and contacts of a run as .pvd and .vtu, which ParaView opens.
 
-RUN is a folder that holds mpm.h5 and dem.h5, or one such file. For each file,
-<folder>/vtk/<name>.pvd lists the frames with their times.
+RUN is a folder that holds mpm.h5, dem.h5 or grains.h5, or one such file. For each file,
+<folder>/vtk/<name>.pvd lists the frames with their times, <name>_contacts.pvd those of its contacts
+as lines. open_in_paraview.py beside them shows both sides, coloured alike.
 """
 
 from pathlib import Path
 
 from cases import results
 from cases.errors import CaseError
-from compare.report import vtk
+from compare.mapping.clouds import open_grains
+from compare.report import paraview, vtk
 
 TARGETS = ()
+KINDS = ("mpm", "dem", "grains")
 
 
 def arguments(parser):
@@ -24,19 +27,23 @@ def arguments(parser):
 
 def run(options) -> int:
     files = (
-        sorted([*options.source.glob("mpm*.h5"), *options.source.glob("dem*.h5")])
+        sorted(file for name in KINDS for file in options.source.glob(f"{name}*.h5"))
         if options.source.is_dir()
         else [options.source]
     )
     if not files or not files[0].exists():
         raise CaseError(
-            f"{options.source}: no run to export (neither a folder that holds mpm.h5 or dem.h5, "
-            "nor a file). Make one with: ./grainpair run"
+            f"{options.source}: no run to export (neither a folder that holds mpm.h5, dem.h5 or "
+            "grains.h5, nor a file). Make one with: ./grainpair run"
         )
     folder = options.out or files[0].parent
     place = "" if options.out else "vtk/"
-    ours = [f"{place}{name}" for file in files for name in (file.stem, f"{file.stem}.pvd")]
-    with results.prepared(folder, ours) as work:
-        made = [vtk.export(file, work / place).name for file in files]
-    print(*(folder / place / name for name in made), sep="\n")
+    names = [f"{file.stem}{end}" for file in files for end in ("", "_contacts")]
+    ours = [f"{place}{name}{end}" for name in names for end in ("", ".pvd")]
+    with results.prepared(folder, [*ours, f"{place}{paraview.NAME}"]) as work:
+        made = [vtk.export(file, work / place) for file in files]
+        engines = [open_grains(file).engine for file in files]
+        script = paraview.write(made, engines, work / place, folder / place)
+    listed = [path for one in made for path in (one.particles, one.contacts) if path]
+    print(*(folder / place / path.name for path in [*listed, script]), sep="\n")
     return 0

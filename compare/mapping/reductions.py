@@ -6,7 +6,8 @@ import numpy as np
 from scipy import ndimage
 
 from cases.case import parse
-from compare.mapping.runs import Cloud, Fields, Grid, Run
+from compare.mapping.clouds import Cloud
+from compare.mapping.runs import Fields, Grid, Run
 
 EXAMPLE_COSTS = {
     "cpu_seconds": 1.0,

@@ -5,97 +5,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cases import reading
 from cases.case import Case, parse
 from cases.errors import CaseError, EngineError
 from cases.programs import call, program
-from cases.reading import opened
+from compare.mapping.clouds import Cloud, open_grains
 
 if TYPE_CHECKING:
     from compare.mapping.dissipation import InPlace
-
-GLUED = 3  # record `kind` of a grain that belongs to the wall
-POINT_STATE = (
-    "regime",
-    "void_ratio",
-    "deviatoric_strain",
-    "plastic_dissipation",
-    "regime_4_dissipation",
-    "contact_dissipation",
-)
-# of material points [J/kg]
-DISSIPATION = {name for name in POINT_STATE if name.endswith("_dissipation")}
-
-
-@dataclass(frozen=True)
-class Cloud:
-    """What moves, at one instant: x, v of shape (N, 3) [m, m/s], mass (N,) [kg], solid_volume (N,)
-    [m3].
-
-    `state` is what points know themselves, each (N,): "dissipated" [J] since the release, by the
-    contacts of a grain or in all accounts of a material point; and of material
-    points records of POINT_STATE by name, "pressure" [Pa], a third of the trace of the stress, and
-    "stress" [Pa], its Frobenius norm. A point keeps its row.
-    """
-
-    x: np.ndarray
-    v: np.ndarray
-    mass: np.ndarray
-    solid_volume: np.ndarray
-    state: dict = field(default_factory=dict)
-
-
-class StoredClouds(Sequence[Cloud]):
-    """The frames of a run file; each is read when it is asked for, the last one kept."""
-
-    def __init__(self, path: Path, steps: list[int]):
-        self.path, self.steps = path, steps
-        self.kept: tuple[int, Cloud] | None = None
-
-    def __len__(self) -> int:
-        return len(self.steps)
-
-    @overload
-    def __getitem__(self, i: int) -> Cloud:
-        ...
-
-    @overload
-    def __getitem__(self, i: slice) -> list[Cloud]:
-        ...
-
-    def __getitem__(self, i: int | slice) -> Cloud | list[Cloud]:
-        if isinstance(i, slice):
-            return [self[k] for k in range(*i.indices(len(self)))]
-        step = self.steps[i]
-        if self.kept is None or self.kept[0] != step:
-            self.kept = (step, self.read(step))
-        return self.kept[1]
-
-    def read(self, step: int) -> Cloud:
-        with opened(self.path) as f:
-            cloud = f[f"data/{step}/particles/cloud"]
-            moving = cloud["kind"][:] != GLUED if "kind" in cloud else slice(None)
-            vector = {
-                r: np.stack([cloud[r][k][:] for k in "xyz"], axis=-1)[moving]
-                for r in ("position", "velocity")
-            }
-            mass = cloud["mass"][:][moving]
-            state = {name: cloud[name][:] for name in POINT_STATE if name in cloud}
-            if "stress" in cloud:
-                normal = [cloud["stress"][name][:] for name in ("xx", "yy", "zz")]
-                shear = [cloud["stress"][name][:] for name in ("xy", "yz", "zx")]
-                state["pressure"] = sum(normal) / 3.0
-                state["stress"] = np.sqrt(sum(s * s for s in [*normal, *shear, *shear]))
-            if "dissipated" in cloud:
-                state["dissipated"] = cloud["dissipated"][:][moving]
-            elif DISSIPATION <= state.keys():
-                state["dissipated"] = mass * sum(state[name] for name in DISSIPATION)
-            told = "solid_volume" in cloud  # imported points may not tell it
-            solid = cloud["solid_volume"][:][moving] if told else np.full_like(mass, np.nan)
-            return Cloud(vector["position"], vector["velocity"], mass, solid, state)
 
 
 @dataclass(frozen=True)
@@ -237,6 +158,17 @@ class Run:
 
 
 REGIME = "dissipated_regime_4"  # without it a budget would have a hole that looks like zero
+UNKNOWN = ("unaccounted",)  # accounts that are NaN where nobody audited them
+POSITIVE = (
+    "geometry.height",
+    "geometry.length",
+    "geometry.thickness",
+    "geometry.gravity",
+    "grains.diameter",
+    "grains.density",
+    "compare.width",
+    "compare.spacing",
+)
 
 
 def seconds_of(run: Run, name: str) -> float:
@@ -245,51 +177,57 @@ def seconds_of(run: Run, name: str) -> float:
 
 
 def open_run(path: str | Path) -> Run:
-    """The run of a result file; raises CaseError when it is not one."""
-    path = Path(path)
-    try:
-        with opened(path) as f:
-            attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in f.attrs.items()}
-            steps = sorted(int(name) for name in f["data"])
-            time = np.array([f[f"data/{step}"].attrs["time"] for step in steps])
-            energy = {name: data[:] for name, data in f["energy"].items()}
-    except CaseError:
-        raise
-    except (OSError, KeyError, ValueError) as error:
-        raise CaseError(f"{path}: not a run of grainpair ({error})") from error
-    if not steps:
-        raise CaseError(f"{path}: no frames")
-    ours = "source" not in attributes  # else points of another program
-    if ours and attributes["engine"] == "mpm" and REGIME not in energy:
-        raise CaseError(
-            f"{path}: energy/{REGIME} is missing (a file of another version of grainpair) run the "
-            "case again"
-        )
-    return Run(
-        path.stem,
-        attributes["engine"],
-        parse(attributes["case_resolved"], path),
-        time,
-        StoredClouds(path, steps),
-        energy,
-        attributes,
-    )
+    """The run of a result file; raises CaseError when it is not one, such as grains without a
+    case.
+    """
+    found = open_grains(path)
+    path, told, engine = found.path, found.attributes, found.engine
+    if "case_resolved" not in told:
+        raise CaseError(f"{path}: needs a case (the file has none) give --case when importing it")
+    scene = parse(told["case_resolved"], path)
+    for key in POSITIVE:
+        check_positive(scene, key)
+    several = len(found.time) > 1
+    if several and not (np.all(np.isfinite(found.time)) and np.all(np.diff(found.time) > 0.0)):
+        raise CaseError(f"{path}: the times of its frames do not increase from frame to frame")
+    with reading.result(path) as f:
+        accounts = reading.group(f, "energy")
+        unknown = UNKNOWN if several else (*UNKNOWN, "time")
+        energy = reading.columns(accounts, ("time", *accounts), unknown)
+    for name in ("kinetic", "potential", *([REGIME] if engine == "mpm" else [])):
+        if name not in energy and "source" not in told:  # else it is another program's
+            why = " (a file of another version of grainpair) run the case again"
+            raise CaseError(f"{path}: energy/{name} is missing{why if name == REGIME else ''}")
+    rows = len(energy["time"])
+    if not rows or np.any(np.diff(energy["time"]) < 0.0):
+        raise CaseError(f"{path}: energy/time holds {rows} times that do not increase")
+    return Run(path.stem, engine, scene, found.time, found.clouds, energy, told)
+
+
+def check_positive(scene: Case, key: str):
+    section, name = key.split(".")
+    value = scene[section].get(name)
+    if value is None or not 0.0 < value < np.inf:
+        raise CaseError(f"{scene.path}: case_resolved: {key} is {value} (not > 0)")
 
 
 def map_fields(runs: list[Path], output: Path, *options):
-    """Calls grain_map; raises EngineError with its line when it fails."""
+    """Calls grain_map; raises CaseError with its line for a file that it cannot map, EngineError
+    when it fails.
+    """
     command = [program("grain_map"), *runs, "-o", output, "--quiet", *options]
     environment = os.environ | {
         "GOMP_SPINCOUNT": "0"
     }  # waiting threads leave the cores to the engines
     done = call(command, env=environment)
+    if done.returncode == 2:
+        raise CaseError(done.stderr.strip())
     if done.returncode:
         raise EngineError(done.stderr.strip() or f"grain_map: failed with code {done.returncode}")
 
 
 def open_fields(path: str | Path, name: str) -> Fields:
     """Fields of the run `name` in a file of grain_map."""
-    f = opened(path)
+    f = reading.opened(path)
     grid = Grid(f["grid/x"][:], f["grid/y"][:], float(f["grid"].attrs["cell_volume"]))
-    attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in f.attrs.items()}
-    return Fields(grid, f[name]["time"][:], f[name], attributes)
+    return Fields(grid, f[name]["time"][:], f[name], reading.attributes(f))

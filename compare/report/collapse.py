@@ -11,7 +11,8 @@ from cases.errors import CaseError
 from cases.files import write_atomically
 from compare.metrics.final_height import final_height
 from compare.metrics.run_out import run_out
-from compare.mapping.runs import POINT_STATE, Run, map_fields, open_fields, open_run
+from compare.mapping.clouds import POINT_STATE
+from compare.mapping.runs import Run, map_fields, open_fields, open_run
 from compare.verdict.statements import judge
 
 LOSSES = {

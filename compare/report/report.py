@@ -22,7 +22,7 @@ from cases.command_line import Parser
 from cases.errors import CaseError
 from cases.files import write_atomically
 from cases.scratch import scratch
-from compare.mapping.runs import map_fields
+from compare.mapping.runs import map_fields, open_run
 from compare.report.width_study import study
 
 # What a comparison writes into the folder of a run, and what it reads there.
@@ -159,6 +159,7 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
     `widths` [d], when given, make a width study.
     """
     mpm, dem = comparison.run_files(folder)
+    comparison.refuse_unpaired([open_run(path) for path in [*mpm, *dem]])
     tell(0.0, "mapping both clouds onto one grid")
     beside = [*controls.files(folder), *siblings.files(folder)]
     map_fields([*mpm, *dem, *beside], folder / "fields.h5", *options)

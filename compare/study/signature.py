@@ -10,7 +10,8 @@ import numpy as np
 from cases.case import Case
 from compare.mapping.dissipation import InPlace, in_place
 from compare.mapping.reductions import DENSE, dense_fluctuation
-from compare.mapping.runs import Cloud, Run, seconds_of
+from compare.mapping.clouds import Cloud
+from compare.mapping.runs import Run, seconds_of
 from compare.metrics.final_height import final_height
 from compare.metrics.moving_without_stress import moving_without_stress
 

@@ -22,9 +22,11 @@ void describe_component(hid_t object, const std::string& unit) {
   hdf5::write_attribute(object, "unit", unit);
 }
 
-void describe_record(hid_t object, const Dimension& dimension) {
+/// `doc` says what the numbers mean where name and unit do not.
+void describe_record(hid_t object, const Dimension& dimension, const std::string& doc) {
   hdf5::write_attribute(object, "unitDimension", std::span<const double>(dimension));
   hdf5::write_attribute(object, "timeOffset", 0.0);
+  if (!doc.empty()) hdf5::write_attribute(object, "doc", doc);
 }
 
 class Records {
@@ -33,19 +35,33 @@ class Records {
 
   template <class T, class F>
   void scalar(const std::string& name, const std::string& unit, const Dimension& dimension,
-              F&& value) {
+              F&& value, const std::string& doc = "") {
     const auto dataset = component<T>(parent_, name, unit, value);
-    describe_record(dataset, dimension);
+    describe_record(dataset, dimension, doc);
   }
 
   template <class F>
   void tensor(const std::string& name, const std::string& unit, const Dimension& dimension,
-              const std::vector<std::string>& components, F&& value) {
+              const std::vector<std::string>& components, F&& value, const std::string& doc = "") {
     const auto group = hdf5::create_group(parent_, name);
-    describe_record(group, dimension);
+    describe_record(group, dimension, doc);
     for (std::size_t c = 0; c < components.size(); ++c)
       component<double>(group, components[c], unit,
                         [&](std::size_t p) { return value(p, static_cast<int>(c)); });
+  }
+
+  /// A record that is zero everywhere: one number for each component.
+  void zero(const std::string& name, const std::string& unit, const Dimension& dimension,
+            const std::vector<std::string>& components) {
+    const auto group = hdf5::create_group(parent_, name);
+    describe_record(group, dimension, "");
+    const std::uint64_t shape[] = {n_};
+    for (const auto& each : components) {
+      const auto component = hdf5::create_group(group, each);
+      hdf5::write_attribute(component, "value", 0.0);
+      hdf5::write_attribute(component, "shape", std::span<const std::uint64_t>(shape));
+      describe_component(component, unit);
+    }
   }
 
  private:
@@ -94,7 +110,6 @@ Output::Output(Draft& draft, const Case& scene, const Provenance& provenance)
   write("openPMDextension", std::uint32_t{0});
   write("basePath", std::string("/data/%T/"));
   write("particlesPath", std::string("particles/"));
-  write("meshesPath", std::string("meshes/"));
   write("iterationEncoding", std::string("groupBased"));
   write("iterationFormat", std::string("/data/%T/"));
   write("software", std::string("grainpair"));
@@ -134,16 +149,18 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
     const auto of = [&](const auto& field) { return [&](std::size_t i) { return field[row[i]]; }; };
     records.tensor("position", "m", length, xyz,
                    [&](std::size_t i, int c) { return simulation.position(row[i])[c]; });
-    records.tensor("positionOffset", "m", length, xyz, [](std::size_t, int) { return 0.0; });
+    records.zero("positionOffset", "m", length, xyz);
     records.tensor("velocity", "m/s", speed, xyz,
                    [&](std::size_t i, int c) { return simulation.velocity(row[i])[c]; });
-    records.tensor("stress", "Pa", stress, {"xx", "yy", "zz", "xy", "yz", "zx"},
-                   [&](std::size_t i, int c) {
-                     // what the grid feels: the pressure averaged as the volumetric rate is
-                     return c < 3 ? points.sigma[row[i]][c] + simulation.pressure_correction(row[i])
-                                  : points.sigma[row[i]][c] / std::numbers::sqrt2;
-                   });
-    records.template scalar<std::uint32_t>("id", "-", none, of(points.id));
+    records.tensor(
+        "stress", "Pa", stress, {"xx", "yy", "zz", "xy", "yz", "zx"},
+        [&](std::size_t i, int c) {
+          // what the grid feels: the pressure averaged as the volumetric rate is
+          return c < 3 ? points.sigma[row[i]][c] + simulation.pressure_correction(row[i])
+                       : points.sigma[row[i]][c] / std::numbers::sqrt2;
+        },
+        "total, compression positive");
+    records.template scalar<std::uint64_t>("id", "-", none, of(points.id));
     records.template scalar<double>("mass", "kg", mass, of(points.mass));
     records.template scalar<double>("solid_volume", "m3", volume, [&](std::size_t i) {
       return points.mass[row[i]] / solid_density;
@@ -151,7 +168,9 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
     records.template scalar<double>("void_ratio", "-", none, of(points.void_ratio));
     records.template scalar<double>("granular_temperature", "m2/s2", speed_squared,
                                     of(points.granular_temperature));
-    records.template scalar<std::uint8_t>("regime", "-", none, of(points.regime));
+    records.template scalar<std::uint8_t>(
+        "regime", "-", none, of(points.regime),
+        "1 visco-elastic, 2 visco-elasto-plastic, 3 critical, 4 collisional, 0 none");
     records.template scalar<double>("deviatoric_strain", "-", none, of(points.deviatoric_strain));
     records.template scalar<double>("plastic_dissipation", "J/kg", speed_squared,
                                     of(points.plastic));

@@ -10,8 +10,9 @@ CONTRIBUTING.md.
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
+
+from cases import openpmd
 
 CASE = """
 title = "Synthetic block"
@@ -44,13 +45,6 @@ margin_distance = 0.03
 
 DENSITY = 2500.0  # kg/m3
 DIAMETER = 0.002  # m
-
-
-def _vector(group, name, values, unit):
-    record = group.create_group(name)
-    for k, component in enumerate("xyz"):
-        data = record.create_dataset(component, data=np.ascontiguousarray(values[:, k]))
-        data.attrs["unit"] = unit
 
 
 def block(height, length, thickness, spacing, rng=None):
@@ -128,11 +122,10 @@ def write_run(
     case = CASE.format(**scene, void_ratio=void_ratio, floor_length=floor_length)
 
     path = Path(path)
-    with h5py.File(path, "w") as f:
-        f.attrs.update(_attributes(engine, case, seed, motion.scale) | (attributes or {}))
+    with openpmd.create(path, engine, _attributes(engine, case, seed, motion.scale)) as f:
+        openpmd.describe(f, attributes)
         for i, tau in enumerate(np.linspace(0.0, duration, frames)):
-            step = f.create_group(f"data/{i * 100}")
-            step.attrs.update({"time": tau * motion.scale, "dt": 1e-5, "timeUnitSI": 1.0})
+            step = openpmd.frame(f, i * 100, tau * motion.scale, 1e-5)
             cloud = step.create_group("particles/cloud")
             x, v = motion.place(tau)
             _write_cloud(cloud, engine, x, v, mass, void_ratio)
@@ -144,28 +137,17 @@ def write_run(
         kinetic[0] = 0.0
         held = {"time": tau * motion.scale, "kinetic": kinetic, "potential": potential}
         loss = potential[0] - potential - kinetic
-        for name, values in (held | _accounts(engine, loss, dissipated)).items():
-            data = f.create_dataset(f"energy/{name}", data=values)
-            data.attrs["unit"] = "s" if name == "time" else "J"
-            data.attrs["doc"] = name
+        rows = held | _accounts(engine, loss, dissipated)
+        openpmd.history(
+            f, {name: (row, "s" if name == "time" else "J", name) for name, row in rows.items()}
+        )
     return path
 
 
 def _attributes(engine, case, seed, scale) -> dict:
     return {
-        "openPMD": "1.1.0",
-        "openPMDextension": np.uint32(0),
-        "basePath": "/data/%T/",
-        "particlesPath": "particles/",
-        "meshesPath": "meshes/",
-        "iterationEncoding": "groupBased",
-        "iterationFormat": "/data/%T/",
-        "software": "grainpair",
-        "softwareVersion": "0.1.0",
         "date": "2026-01-01 00:00:00 +0000",
         "machine": "formula",
-        "schema_version": 1,
-        "engine": engine,
         "engine_version": "synthetic",
         "commit": "none",
         "seed": seed,
@@ -182,25 +164,27 @@ def _attributes(engine, case, seed, scale) -> dict:
 
 
 def _write_cloud(cloud, engine, x, v, mass, void_ratio):
-    _vector(cloud, "position", x, "m")
-    _vector(cloud, "velocity", v, "m/s")
     count = len(mass)
-    cloud["id"] = np.arange(1, count + 1)
-    cloud["mass"] = mass
-    cloud["solid_volume"] = mass / DENSITY
+
+    def write(name, values, unit, kind=np.float64):
+        openpmd.record(cloud, name, values, unit, kind)
+
+    write("position", x, "m")
+    openpmd.offset(cloud, count)
+    write("velocity", v, "m/s")
+    write("id", np.arange(1, count + 1), "-", np.uint64)
+    write("mass", mass, "kg")
+    write("solid_volume", mass / DENSITY, "m3")
     if engine == "dem":
-        cloud["radius"] = np.full(count, DIAMETER / 2)
-        cloud["kind"] = np.ones(count, dtype=np.uint8)
-        _vector(cloud, "angular_velocity", np.zeros_like(x), "1/s")
+        write("radius", np.full(count, DIAMETER / 2), "m")
+        write("kind", np.ones(count), "-", np.uint8)
+        write("angular_velocity", np.zeros_like(x), "1/s")
         return
-    cloud["void_ratio"] = np.full(count, void_ratio)
-    cloud["granular_temperature"] = np.full(count, 1e-4)
+    write("void_ratio", np.full(count, void_ratio), "-")
+    write("granular_temperature", np.full(count, 1e-4), "m2/s2")
     depth = np.maximum(x[:, 1].max() - x[:, 1], 0.0)
     weight = DENSITY / (1.0 + void_ratio) * 9.81 * depth
-    stress = cloud.create_group("stress")
-    factors = {"xx": 0.5, "yy": 1.0, "zz": 0.5, "xy": 0.0, "yz": 0.0, "zx": 0.0}
-    for name, factor in factors.items():
-        stress[name] = factor * weight
+    write("stress", np.outer(weight, [0.5, 1.0, 0.5, 0.0, 0.0, 0.0]), "Pa")
 
 
 def _accounts(engine, loss, dissipated) -> dict:

@@ -13,6 +13,7 @@ import pytest
 from cases import content
 from cases.case import load
 from cases.programs import ROOT
+from cases.reading import attributes
 from compare.study import keys
 from compare.study.recipe import Recipe
 from dem_reference import content as grains
@@ -210,7 +211,7 @@ def test_a_name_never_stands_for_content(tmp_path, monkeypatch):
     frictions = set()
     for file in (tmp_path / "runs" / "ensembles").rglob("1.h5"):
         with h5py.File(file) as run:
-            frictions.add("friction = 0.05" in run.attrs["case_resolved"])
+            frictions.add("friction = 0.05" in attributes(run)["case_resolved"])
     assert frictions == {True, False}
     head = (tmp_path / "other.csv").read_text().split("\n")
     (made_of,) = (line for line in head if line.startswith("# made of: "))

@@ -15,7 +15,8 @@ from cases import case, programs
 from cases.errors import Warned
 from cases.programs import ROOT
 from compare.mapping.reductions import example_run
-from compare.mapping.runs import Cloud, Run
+from compare.mapping.clouds import Cloud
+from compare.mapping.runs import Run
 from compare.metrics import all_metrics
 from compare.study import (
     atlas,

@@ -12,6 +12,7 @@ import clones
 import pytest
 
 from cases.programs import PYTHON, ROOT, module, program
+from cases.reading import attributes
 from cases.start import FOREIGN, clean
 
 CI = ROOT / "cases" / "column_ci"
@@ -144,7 +145,7 @@ def test_numbers_and_text_are_read_alike_in_every_locale(german, tmp_path):
             assert (done.returncode, done.stderr) == (0, ""), done.stderr
         for file in (mpm, dem):
             with h5py.File(file) as result:
-                assert result.attrs["case"] == text
+                assert attributes(result)["case"] == text
                 found[file.name] = result["energy/potential"][()].tolist()
     assert found["german_mpm.h5"] == found["plain_mpm.h5"]
     assert found["german_dem.h5"] == found["plain_dem.h5"]

@@ -8,8 +8,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from cases import reading
 from cases.errors import CaseError
-from cases.reading import opened
 from compare.importing import points, rows
 from compare.importing.frame import Frame
 from compare.importing.registry import Reader, register
@@ -31,7 +31,7 @@ def recognises(path: Path, head: bytes) -> bool:
     try:
         with h5py.File(path) as file:
             return table_of(file) is not None
-    except (OSError, RuntimeError):
+    except reading.UNEXPECTED:
         return False
 
 
@@ -51,7 +51,7 @@ def frames(path: Path, options: dict) -> Iterator[Frame]:
     """The one frame of a file; its step is the last number in the file's name. Points that have
     left the mesh, whose status is zero, are left out.
     """
-    with opened(path) as file:
+    with reading.result(path) as file:
         table = table_of(file)
         if table is None:
             raise CaseError(f"{path}: no table of particles with coord_x and coord_y")
