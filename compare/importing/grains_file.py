@@ -73,7 +73,7 @@ class GrainsFile:
             openpmd.record(cloud, name, values, UNITS[name], values.dtype, level=0)
         openpmd.offset(cloud, len(ids))
         kind = np.where(wall, GLUED, 1).astype(np.int8)
-        columns: dict[str, np.ndarray] = {"id": ids.astype(np.uint64), "kind": kind} | scalars
+        columns: dict[str, np.ndarray] = {"id": ids.astype(np.uint64), "kind": kind, **scalars}
         for name, values in columns.items():
             level = LEVEL if is_worth_it(values) else 0
             openpmd.record(cloud, name, values, UNITS.get(name, "-"), values.dtype, level=level)
