@@ -20,10 +20,18 @@ class CellList {
     for (const auto& x : positions)
       lower_ = lower_.cwiseMin(grid.project(x)), upper = upper.cwiseMax(grid.project(x));
     const double least = 0.5 * cutoff;  // side of a bin: small ones leave fewer points in vain
-    for (int a = 0; a < D; ++a) {
-      period_[a] = grid.low_edge[a] == Edge::periodic ? grid.cells[a] * grid.spacing[a] : 0.0;
-      bins_[a] = std::max(1, static_cast<int>((upper[a] - lower_[a]) / least));
-      side_[a] = std::max(least, (upper[a] - lower_[a]) / bins_[a] * (1.0 + 1e-12));
+    // Bins that would nearly all be empty (a point far away) cost memory for nothing.
+    const double most = 1e6 + 8.0 * static_cast<double>(positions.size());
+    double bins = 0.0;
+    for (double coarser = 1.0; bins == 0.0 || bins > most; coarser *= 2.0) {
+      bins = 1.0;
+      for (int a = 0; a < D; ++a) {
+        period_[a] = grid.low_edge[a] == Edge::periodic ? grid.cells[a] * grid.spacing[a] : 0.0;
+        const double side = coarser * least;
+        bins_[a] = std::max(1, static_cast<int>(std::min((upper[a] - lower_[a]) / side, 1e9)));
+        side_[a] = std::max(side, (upper[a] - lower_[a]) / bins_[a] * (1.0 + 1e-12));
+        bins *= bins_[a];
+      }
     }
     begin_.assign(static_cast<std::size_t>(
                       std::accumulate(bins_.begin(), bins_.end(), 1, std::multiplies<>())) +

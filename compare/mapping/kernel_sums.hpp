@@ -57,7 +57,6 @@ KernelSums sums_with(const Cloud& cloud, const SampleGrid<D>& grid, const K& ker
   KernelSums sums;
   sums.points = make_stencils(
       grid, cloud.size(), place_points(grid, kernel, [&](std::size_t p) { return cloud.x[p]; }));
-  sums.fluctuation = two_step_fluctuation(cloud, grid, kernel);
   if (!cloud.has_contacts) return sums;
   const auto& contacts = cloud.contacts;
   // Along the branches: f (x) b, n (x) n, 1. At the contact points: wall force, power.

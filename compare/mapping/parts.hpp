@@ -1,0 +1,57 @@
+// A grid in parts, so that a large one needs no more memory than a small one: the table of weights
+// and the fields of a part at a time.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "compare/mapping/coarse_grain.hpp"
+
+namespace grainpair {
+
+constexpr double room = 4e8;         // bytes that weights and fields of a part may take
+constexpr double bytes_weight = 40;  // while the table is sorted
+constexpr double bytes_cell = 1400;  // 70 numbers of the fields, four shares of 23 sums of contacts
+
+/// Layers of equal thickness along the longest axis; one part where all fits. Decided by the cloud
+/// and the grid alone, not by the number of threads.
+template <int D>
+std::vector<SampleGrid<D>> parts(const SampleGrid<D>& grid, const Cloud& cloud, double cutoff) {
+  double cells = 1.0, pairs = D == 1 ? 1.0 : D == 2 ? std::numbers::pi / 4 : std::numbers::pi / 6;
+  int axis = 0;
+  for (int a = 0; a < D; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    cells *= grid.cells[i];
+    pairs *= 2.0 * cutoff / grid.spacing[a] + 1.0;
+    if (grid.cells[i] > grid.cells[static_cast<std::size_t>(axis)]) axis = a;
+  }
+  const int layers = grid.cells[static_cast<std::size_t>(axis)];
+  std::vector<double> cost(static_cast<std::size_t>(layers), cells / layers * bytes_cell);
+  for (const auto& x : cloud.x) {
+    const double k = std::floor((grid.project(x)[axis] - grid.lower[axis]) / grid.spacing[axis]);
+    cost[static_cast<std::size_t>(std::clamp(k, 0.0, layers - 1.0))] += pairs * bytes_weight;
+  }
+  const auto most = [&](int thickness) {
+    double worst = 0.0;
+    for (int k = 0; k < layers; k += thickness) {
+      double sum = 0.0;
+      for (int l = k; l < std::min(layers, k + thickness); ++l)
+        sum += cost[static_cast<std::size_t>(l)];
+      worst = std::max(worst, sum);
+    }
+    return worst;
+  };
+  if (most(layers) <= room) return {grid};
+  int thickness = layers;
+  while (thickness > 1 && most(thickness) > room) thickness = thickness * 3 / 4;
+  std::vector<SampleGrid<D>> out;
+  for (int k = 0; k < layers; k += thickness) {
+    out.push_back(grid);
+    out.back().part = {axis, k, std::min(thickness, layers - k)};
+  }
+  return out;
+}
+
+}  // namespace grainpair
