@@ -15,11 +15,11 @@ void add_motion(CellSums<D>& sum, const Samples<D>& near) {
   if (!(rho > 0.0)) return;
   sum.w += rho, sum.w2 += near.w.square().sum();
   const Eigen::Matrix<double, Eigen::Dynamic, D> wx = near.x.array().colwise() * near.w;
+  const Eigen::Matrix<double, D, 1> rho_x = wx.colwise().sum().transpose();
   const Vec3 rho_v = w.transpose().lazyProduct(near.v).transpose();
-  sum.x += wx.colwise().sum().transpose();
-  sum.xx += wx.transpose().lazyProduct(near.x);
   sum.v += rho_v;
-  sum.vx += near.v.transpose().lazyProduct(wx);
+  sum.xx += wx.transpose().lazyProduct(near.x) - rho_x * rho_x.transpose() / rho;
+  sum.vx += near.v.transpose().lazyProduct(wx) - rho_v * rho_x.transpose() / rho;
   sum.flux += rho_v * rho_v.transpose() / rho;
   const Eigen::Matrix<double, Eigen::Dynamic, 3> u = near.v.rowwise() - (rho_v / rho).transpose(),
                                                  wu = u.array().colwise() * near.w;
@@ -122,17 +122,14 @@ class AverageMaps : private DerivedMaps {
     });
   }
 
-  /// Of the affine fit over all frames, from its moments.
+  /// Of one affine fit to all frames, each about its own mean.
   Mat3 gradient(const CellSums<D>& sum) const {
     Mat3 L = Mat3::Zero();
     Eigen::Matrix<double, 3, D> G = Eigen::Matrix<double, 3, D>::Constant(nan);
-    if (sum.w > 0.0) {
-      const Eigen::Matrix<double, D, D> A = sum.xx - sum.x * sum.x.transpose() / sum.w;
-      const Eigen::LLT<Eigen::Matrix<double, D, D>> factors(A);
-      const auto pivots = factors.matrixLLT().diagonal().array().square();
-      if (factors.info() == Eigen::Success && pivots.minCoeff() > 1e-6 * A.trace())
-        G = factors.solve((sum.vx - sum.v * sum.x.transpose() / sum.w).transpose()).transpose();
-    }
+    const Eigen::LLT<Eigen::Matrix<double, D, D>> factors(sum.xx);
+    const auto pivots = factors.matrixLLT().diagonal().array().square();
+    if (factors.info() == Eigen::Success && pivots.minCoeff() > 1e-6 * sum.xx.trace())
+      G = factors.solve(sum.vx.transpose()).transpose();
     for (int a = 0; a < D; ++a) L.col(sums_.grid.direction(a)) = G.col(a);
     return L;
   }

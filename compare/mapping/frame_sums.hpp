@@ -2,6 +2,7 @@
 // frames, and all else follows from the means.
 //
 //   velocity               <rho V> / <rho>, so it carries the mean momentum
+//   velocity gradient      of one affine fit to all frames, each about its own mean
 //   granular temperature   sum over frames of the squared residuals about each frame's own affine
 //                          fit over the sum of what they hold of independent fluctuations: pooled
 //                          over frames, each about its own mean. A mean motion that changes from
@@ -22,13 +23,10 @@ namespace grainpair {
 /// Sums over frames in one cell.
 template <int D>
 struct CellSums {
-  using Point = Eigen::Matrix<double, D, 1>;
-
   double solid = 0.0, w = 0.0, w2 = 0.0;  // sum V phi, sum m phi, sum (m phi)^2
-  // Moments of m phi about the cell's centre: of place and velocity.
-  Point x = Point::Zero();
+  Vec3 v = Vec3::Zero();                  // sum m v phi
+  // Of place and velocity with place, each frame about its own mean.
   Eigen::Matrix<double, D, D> xx = Eigen::Matrix<double, D, D>::Zero();
-  Vec3 v = Vec3::Zero();
   Eigen::Matrix<double, 3, D> vx = Eigen::Matrix<double, 3, D>::Zero();
   Mat3 kinetic = Mat3::Zero(), flux = Mat3::Zero();  // of the frames; rho V V of their means
   // Quotients: residual over freedom of the fits, by mass and by number; two-step; rotation;

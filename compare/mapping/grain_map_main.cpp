@@ -19,16 +19,24 @@ namespace {
 using namespace grainpair;
 namespace fs = std::filesystem;
 
-/// A line on a terminal: how far, and how long still.
+/// How far, and how long still: a line on a terminal, or lines for another program.
 class Progress {
  public:
-  Progress(std::string what, std::size_t steps, bool quiet)
-      : what_(std::move(what)), steps_(steps), shown_(!quiet && isatty(fileno(stderr))) {}
+  Progress(std::string what, std::size_t steps, const MapOptions& o)
+      : what_(std::move(what)),
+        steps_(steps),
+        lines_(o.progress),
+        shown_(!o.progress && !o.quiet && isatty(fileno(stderr))) {}
   ~Progress() {
     if (shown_) fmt::print(stderr, "\n");
   }
   void step() {
     ++done_;
+    if (lines_) {
+      const double share = static_cast<double>(done_) / static_cast<double>(steps_);
+      fmt::print("progress {:.4f} mapping {}\n", share, what_);
+      std::fflush(stdout);
+    }
     if (!shown_) return;
     using Seconds = std::chrono::duration<double>;
     const double spent = Seconds(std::chrono::steady_clock::now() - begin_).count();
@@ -40,7 +48,7 @@ class Progress {
  private:
   std::string what_;
   std::size_t steps_, done_ = 0;
-  bool shown_;
+  bool lines_, shown_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
@@ -187,7 +195,7 @@ struct Mapping {
       if (!series) {
         pieces = parts(grid, points, reach);
         series.emplace(out, group, frames.size(), pieces.front());
-        progress.emplace(run.engine(), frames.size() * pieces.size(), options.quiet);
+        progress.emplace(run.engine(), frames.size() * pieces.size(), options);
       }
       const auto fluctuation = fluctuations(points, grid, kernel);
       for (const auto& piece : pieces) {
@@ -202,7 +210,7 @@ struct Mapping {
                const std::vector<std::size_t>& frames) const {
     const SampleGrid<D> grid = layout.grid(run, frames.front());
     std::vector<FrameSums<D>> sums;
-    Progress progress(run.engine(), frames.size(), options.quiet);
+    Progress progress(run.engine(), frames.size(), options);
     for (const std::size_t f : frames) {
       const Cloud points = cloud(run, f);
       const SampleGrid<D> now = layout.grid(run, f);
@@ -251,7 +259,7 @@ void map(const MapOptions& o) {
   std::vector<RunFile> runs;
   std::set<std::string> names;
   for (const auto& path : o.runs) {
-    runs.emplace_back(path);
+    runs.emplace_back(path, o.density);
     for (const std::size_t f : o.frames)
       if (f >= runs.back().frames())
         throw std::runtime_error(
@@ -301,6 +309,9 @@ void declare(CommandLine& line, MapOptions& o) {
       .flag("--average", o.average, "one average over the frames, of a steady flow")
       .option("--span", o.span, "only frames from one time to another [s]")
       .count(2)
+      .option("--density", o.density, "of grains whose mass the file does not tell [kg/m3]")
+      .positive()
+      .flag("--progress", o.progress, "progress lines on standard output")
       .option("--threads", o.threads, "threads (default: all cores)")
       .threads()
       .flag("--quiet", o.quiet, "no progress");

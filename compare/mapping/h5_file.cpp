@@ -69,45 +69,43 @@ std::vector<std::string> H5File::members(const std::string& group) const {
 }
 
 bool H5File::stored(const std::string& name) const {
-  return !has_attribute(name, "value") || !has_attribute(name, "shape");
+  const Handle found = object(name);
+  return H5Iget_type(found) == H5I_DATASET;
 }
 
-std::size_t H5File::length(const std::string& name) const {
-  if (!stored(name)) {
+std::size_t H5File::length(const std::string& name) const { return length(name, object(name)); }
+
+std::size_t H5File::length(const std::string& name, const Handle& found) const {
+  if (H5Iget_type(found) != H5I_DATASET) {
     const double n = number(name, "shape");
     if (!(n >= 0.0 && n < most && n == std::floor(n)))
       throw Error(where(name) + "@shape: no number of entries");
     return static_cast<std::size_t>(n);
   }
-  if (!has(name)) throw Error(where(name) + ": missing");
-  const Handle data = own(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose,
-                          where(name) + ": missing (it is no dataset)");
-  const Handle type = own(H5Dget_type(data), H5Tclose, where(name) + ": no type");
+  const Handle type = own(H5Dget_type(found), H5Tclose, where(name) + ": no type");
   const auto kind = H5Tget_class(type);
   if (kind != H5T_FLOAT && kind != H5T_INTEGER) throw Error(where(name) + ": not numbers");
-  const Handle space = own(H5Dget_space(data), H5Sclose, where(name) + ": no dataspace");
+  const Handle space = own(H5Dget_space(found), H5Sclose, where(name) + ": no dataspace");
   if (H5Sget_simple_extent_ndims(space) != 1) throw Error(where(name) + ": not one-dimensional");
   const double n = static_cast<double>(H5Sget_simple_extent_npoints(space)),
-               bytes = static_cast<double>(H5Dget_storage_size(data));
+               bytes = static_cast<double>(H5Dget_storage_size(found));
   if (n * static_cast<double>(H5Tget_size(type)) > densest * bytes)
     throw Error(where(name) + ": holds fewer numbers than it says (cut short?)");
   return static_cast<std::size_t>(n);
 }
 
 std::vector<double> H5File::read(const std::string& name, std::size_t expected) const {
-  const std::size_t n = length(name);
+  const Handle found = object(name);
+  const std::size_t n = length(name, found);
   if (n != expected)
     throw Error(where(name) + ": " + std::to_string(n) + " entries where the others have " +
                 std::to_string(expected));
   std::vector<double> values(n);
-  if (!stored(name)) {
+  if (H5Iget_type(found) != H5I_DATASET)
     std::fill(values.begin(), values.end(), number(name, "value"));
-  } else {
-    const Handle data =
-        own(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, where(name) + ": missing");
-    check(H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+  else
+    check(H5Dread(found, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
           where(name) + ": unreadable");
-  }
   const auto bad =
       std::find_if_not(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
   if (bad != values.end())

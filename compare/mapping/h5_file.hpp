@@ -50,6 +50,7 @@ class H5File {
  private:
   H5File(std::string path, hdf5::Handle file);
   hdf5::Handle object(const std::string& name) const;
+  std::size_t length(const std::string& name, const hdf5::Handle& found) const;
   hdf5::Handle attribute(const std::string& object, const std::string& attribute,
                          std::size_t expected) const;
   std::string where(const std::string& name) const { return path_ + ":" + name; }

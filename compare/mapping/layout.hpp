@@ -14,11 +14,12 @@ namespace grainpair {
 struct MapOptions {
   std::vector<std::string> runs;
   std::string output, kernel, walls = "mirror", along = "y";
-  double width = 0.0, spacing = 0.0;  // [d]; 0: the case's
+  double width = 0.0, spacing = 0.0;                          // [d]; 0: the case's
+  double density = std::numeric_limits<double>::quiet_NaN();  // of grains without a mass [kg/m3]
   int dimension = 2, threads = 0;
   std::array<std::vector<double>, 3> ranges;  // of x, y, z that is averaged over [m]; empty: all
   std::vector<std::size_t> frames;            // all when empty
-  bool average = false, quiet = false;
+  bool average = false, quiet = false, progress = false;
   std::vector<double> span;  // of times that are averaged [s]
 };
 

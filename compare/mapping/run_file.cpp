@@ -128,8 +128,8 @@ double diameter_of(double volume) { return std::cbrt(6.0 * volume / std::numbers
 
 }  // namespace
 
-RunFile::RunFile(const std::string& path)
-    : file_(H5File::open(path)), engine_(file_.text("/", "engine")) {
+RunFile::RunFile(const std::string& path, double density)
+    : file_(H5File::open(path)), engine_(file_.text("/", "engine")), density_(density) {
   if (engine_ != "dem" && engine_ != "mpm")
     refuse(file_, "/@engine", "neither dem nor mpm ('" + engine_ + "')");
   if (file_.has_attribute("/", "schema_version") && file_.number("/", "schema_version") != layout)
@@ -157,10 +157,10 @@ void RunFile::grains_themselves() {
     return value;
   };
   Grain grain{told("diameter"), told("density")};
+  if (!std::isnan(grain.density)) density_ = grain.density;  // the file's word goes first
   if (std::isnan(grain.diameter) || std::isnan(grain.density)) {
     const auto points = this->points(0);
-    const auto volume = pick(positive(points.at + "solid_volume", points.count), points.moving),
-               mass = pick(positive(points.at + "mass", points.count), points.moving);
+    const auto volume = volumes(points), mass = masses(points);
     if (volume.empty()) refuse(file_, group(0), "nothing in it moves, and no diameter is told");
     double d4 = 0.0, d3 = 0.0, m = 0.0;
     for (std::size_t p = 0; p < volume.size(); ++p)
@@ -206,12 +206,30 @@ std::vector<double> RunFile::positive(const std::string& record, std::size_t exp
   return values;
 }
 
+std::vector<double> RunFile::volumes(const Points& points) const {
+  if (file_.has(points.at + "solid_volume") || !file_.has(points.at + "radius"))
+    return pick(positive(points.at + "solid_volume", points.count), points.moving);
+  auto out = pick(positive(points.at + "radius", points.count), points.moving);
+  for (double& r : out) r = 4.0 / 3.0 * std::numbers::pi * r * r * r;
+  return out;
+}
+
+std::vector<double> RunFile::masses(const Points& points) const {
+  if (file_.has(points.at + "mass"))
+    return pick(positive(points.at + "mass", points.count), points.moving);
+  if (std::isnan(density_))
+    refuse(file_, points.at + "mass", "missing, and no density is told: --density RHO");
+  auto out = volumes(points);
+  for (double& m : out) m *= density_;
+  return out;
+}
+
 RunFile::Points RunFile::points(std::size_t frame) const {
   Points points{group(frame) + "/particles/cloud/", 0, {}};
   if (!file_.has(points.at + "position")) refuse(file_, points.at + "position", "missing");
   // What all other lengths are held against is a dataset: a constant can say any.
-  for (const char* name : {"position/x", "position/y", "position/z", "mass"})
-    if (file_.stored(points.at + name)) {
+  for (const char* name : {"position/x", "position/y", "position/z", "id", "radius"})
+    if (file_.has(points.at + name) && file_.stored(points.at + name)) {
       points.count = file_.length(points.at + name);
       break;
     }
@@ -240,7 +258,7 @@ std::optional<Reach> RunFile::reach(std::size_t frame) const {
   const auto x = positions(frame, points);
   if (x.empty()) return {};
   std::vector<double> radius(x.size(), 0.5 * scene_.grain.diameter);
-  if (file_.has(points.at + "radius"))
+  if (!scene_.has_case && file_.has(points.at + "radius"))
     radius = pick(positive(points.at + "radius", points.count), points.moving);
   Reach out{x[0], x[0], x[0], x[0]};
   for (std::size_t p = 0; p < x.size(); ++p) {
@@ -259,8 +277,8 @@ Cloud RunFile::cloud(std::size_t frame) const {
   Cloud c;
   c.x = positions(frame, points);
   c.v = pick(vectors(at + "velocity", points.count), which);
-  c.mass = pick(positive(at + "mass", points.count), which);
-  c.solid_volume = pick(positive(at + "solid_volume", points.count), which);
+  c.mass = masses(points);
+  c.solid_volume = volumes(points);
   if (file_.has(at + "angular_velocity")) {
     c.spin = pick(vectors(at + "angular_velocity", points.count), which);
     const auto radius = pick(positive(at + "radius", points.count), which);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,7 +39,9 @@ struct Reach {
 
 class RunFile {
  public:
-  explicit RunFile(const std::string& path);
+  /// `density`: of grains whose mass the file does not tell [kg/m3]; NaN where nobody does.
+  explicit RunFile(const std::string& path,
+                   double density = std::numeric_limits<double>::quiet_NaN());
 
   const Scene& scene() const { return scene_; }
   const std::string& engine() const { return engine_; }  // "mpm" or "dem"
@@ -61,6 +64,8 @@ class RunFile {
   Points points(std::size_t frame) const;
   std::vector<Vec3> vectors(const std::string& record, std::size_t expected) const;
   std::vector<double> positive(const std::string& record, std::size_t expected) const;
+  std::vector<double> volumes(const Points& points) const;  // of what moves [m3]
+  std::vector<double> masses(const Points& points) const;   // [kg]
   std::vector<Vec3> positions(std::size_t frame, const Points& points) const;
   void grains_themselves();
   void read_state(const Points& points, Cloud& cloud) const;
@@ -69,6 +74,7 @@ class RunFile {
   H5File file_;
   std::string engine_;
   Scene scene_;
+  double density_;
   std::vector<std::int64_t> steps_;
 };
 

@@ -260,12 +260,16 @@ def open_run(path: str | Path) -> Run:
 
 
 def map_fields(runs: list[Path], output: Path, *options):
-    """Calls grain_map; raises EngineError with its line when it fails."""
+    """Calls grain_map; raises CaseError with its line where it refuses what it is given, EngineError
+    when it fails.
+    """
     command = [program("grain_map"), *runs, "-o", output, "--quiet", *options]
     environment = os.environ | {
         "GOMP_SPINCOUNT": "0"
     }  # waiting threads leave the cores to the engines
     done = call(command, env=environment)
+    if done.returncode == 2:
+        raise CaseError(done.stderr.strip())
     if done.returncode:
         raise EngineError(done.stderr.strip() or f"grain_map: failed with code {done.returncode}")
 
