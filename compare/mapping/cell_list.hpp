@@ -52,11 +52,9 @@ class CellList {
   const std::vector<double>& coordinate(int a) const { return x_[a]; }
 
   /// visit(r, begin, end) for runs of the order that together hold every point within the cutoff of
-  /// r, where r is the i-th point of the order or a periodic image of it.
+  /// r, where r is the given place or a periodic image of it.
   template <class Visit>
-  void runs(std::size_t i, Visit visit) const {
-    Point r;
-    for (int a = 0; a < D; ++a) r[a] = x_[a][i];
+  void runs(const Point& r, Visit visit) const {
     // Images within reach: those shifts that bring p's ball onto the box of the points.
     std::array<int, 3> reach{0, 0, 0};
     for (int a = 0; a < D; ++a)

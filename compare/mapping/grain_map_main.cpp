@@ -137,6 +137,7 @@ struct Mapping {
   Cloud cloud(const RunFile& run, std::size_t frame) const {
     Cloud all = run.cloud(frame);
     for (const Range& range : layout.cuts(run, frame)) all = cut(all, range);
+    sort_by_cell(all, layout.grid(run, frame));
     return all;
   }
 

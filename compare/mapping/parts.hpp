@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <vector>
 
@@ -11,9 +12,48 @@
 
 namespace grainpair {
 
-constexpr double room = 4e8;         // bytes that weights and fields of a part may take
+constexpr double room = 6e8;         // bytes that weights and fields of a part may take
 constexpr double bytes_weight = 40;  // while the table is sorted
 constexpr double bytes_cell = 1400;  // 70 numbers of the fields, four shares of 23 sums of contacts
+
+constexpr std::size_t large = 100000;  // points whose order decides how fast they are mapped
+
+/// Brings a large cloud into the order of the grid's cells, which keeps neighbours together in
+/// memory. A small one keeps its order, and with it the last digit of its sums.
+template <int D>
+void sort_by_cell(Cloud& c, const SampleGrid<D>& grid) {
+  if (c.size() < large) return;
+  const auto sorted = [&](std::size_t n, auto position) {
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> order(n);
+    for (std::size_t p = 0; p < n; ++p) {
+      const auto r = grid.project(position(p));
+      std::uint64_t key = 0;
+      for (int a = D - 1; a >= 0; --a) {
+        const auto cells = static_cast<double>(grid.cells[static_cast<std::size_t>(a)]);
+        const double k = std::floor((r[a] - grid.lower[a]) / grid.spacing[a]);
+        key = key * static_cast<std::uint64_t>(cells) +
+              static_cast<std::uint64_t>(std::clamp(k, 0.0, cells - 1.0));
+      }
+      order[p] = {key, static_cast<std::uint32_t>(p)};
+    }
+    std::sort(order.begin(), order.end());
+    return order;
+  };
+  const auto points = sorted(c.size(), [&](std::size_t p) { return c.x[p]; });
+  const auto contacts =
+      sorted(c.contacts.size(), [&](std::size_t i) { return c.contacts[i].start; });
+  const auto bring = [](auto& values, const auto& order) {
+    if (values.empty()) return;
+    std::remove_reference_t<decltype(values)> out;
+    out.reserve(values.size());
+    for (const auto& [key, p] : order) out.push_back(values[p]);
+    values = std::move(out);
+  };
+  bring(c.x, points), bring(c.v, points), bring(c.mass, points), bring(c.solid_volume, points);
+  bring(c.spin, points), bring(c.inertia, points), bring(c.contact_number, points);
+  bring(c.void_ratio, points), bring(c.granular_temperature, points), bring(c.stress, points);
+  bring(c.contacts, contacts);
+}
 
 /// Layers of equal thickness along the longest axis; one part where all fits. Decided by the cloud
 /// and the grid alone, not by the number of threads.
@@ -24,7 +64,7 @@ std::vector<SampleGrid<D>> parts(const SampleGrid<D>& grid, const Cloud& cloud, 
   for (int a = 0; a < D; ++a) {
     const auto i = static_cast<std::size_t>(a);
     cells *= grid.cells[i];
-    pairs *= 2.0 * cutoff / grid.spacing[a] + 1.0;
+    pairs *= std::max(1.0, 2.0 * cutoff / grid.spacing[a]);
     if (grid.cells[i] > grid.cells[static_cast<std::size_t>(axis)]) axis = a;
   }
   const int layers = grid.cells[static_cast<std::size_t>(axis)];

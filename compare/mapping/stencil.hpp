@@ -81,6 +81,7 @@ struct Node {
 struct Nodes {
   std::vector<Node> list;
   std::vector<double> row;
+  std::vector<Folded> along;  // of the cells of a row
 };
 
 /// Replaces `out` by the weights of one item. `item` has `.low`, `.high`, corners of the box that
@@ -96,6 +97,8 @@ void weigh(const SampleGrid<D>& grid, const auto& item, Nodes& out) {
   const int n = (hi[0] - lo[0] + 4) / 4 * 4;  // whole vectors; what lies beyond is zero
   out.row.resize(static_cast<std::size_t>(n));
   out.list.clear();
+  out.along.clear();
+  for (int i = 0; i < n; ++i) out.along.push_back(folded(0, lo[0] + i));
   double sum = 0.0;
   typename SampleGrid<D>::Point r;
   r[0] = grid.centre(0, lo[0]);
@@ -116,7 +119,7 @@ void weigh(const SampleGrid<D>& grid, const auto& item, Nodes& out) {
       if constexpr (D > 1) before = before * grid.count(1) + f1.index;
       before *= grid.count(0);
       for (int i = first; i < last; ++i) {
-        const Folded f0 = folded(0, lo[0] + i);
+        const Folded f0 = out.along[static_cast<std::size_t>(i)];
         if (f0.index >= 0)
           out.list.push_back({static_cast<std::uint32_t>(before + f0.index),
                               {f0.image, f1.image, f2.image},

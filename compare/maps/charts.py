@@ -116,7 +116,8 @@ def profiles(
                 ax.text(0.5, 0.5, "not told", transform=ax.transAxes, ha="center")
             elif len(ax.lines) <= 9:
                 ax.legend(fontsize=6.5)
-            if what == "inertial_number" and ax.lines:
+            positive = any((np.nan_to_num(line.get_xdata()) > 0.0).any() for line in ax.lines)
+            if what == "inertial_number" and positive:
                 ax.set_xscale("log")
         for line in axes:
             line[0].set_ylabel(f"{along} [m]")

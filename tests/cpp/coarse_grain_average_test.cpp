@@ -214,6 +214,18 @@ TEST(Layout, CellsMeetWallsAndFillTheSpaceBetween) {
   EXPECT_NEAR(std::remainder(open.lower + 1.0, h), 0.0, 1e-12);  // the wall is a face of cells
 }
 
+TEST(Profiles, ALargeCloudIsLumpedForTheTwoStepTemperature) {
+  // 60 000 points in one dimension, each with 13 500 neighbours, are lumped.
+  const double T = 0.02, shear = 20.0;
+  Cloud c = gas(60000, Vec3::Zero(), upper, T, Vec3::Zero(), 4);
+  for (std::size_t p = 0; p < c.size(); ++p) c.v[p].x() += shear * c.x[p].y();
+  const auto grid = box<1>(Vec3::Zero(), upper, d, Edge::mirror, upper.x() * upper.z());
+  const Fields f = map<1>(c, grid);
+  // Scatter: sqrt(2/3/13500) = 0.7 %, over 12 cells less; the lumps' (1/16)^2/24 is nothing.
+  EXPECT_NEAR(interior_mean(grid, f["granular_temperature_two_step"], 4 * d) / T, 1.0, 0.02);
+  EXPECT_NEAR(interior_mean(grid, f["granular_temperature"], 4 * d) / T, 1.0, 0.02);
+}
+
 TEST(Profiles, AlongAnyAxis) {
   const Cloud c = gas(3000, Vec3::Zero(), upper, 0.0, Vec3::Zero(), 2);
   for (int along = 0; along < 3; ++along) {
