@@ -1,6 +1,6 @@
 """Map grains or material points alone: fields, profiles, momentum balance. No case, no continuum.
 
-FILE is grains.h5 of `grainpair import`, or dem.h5 or mpm.h5 of a run; several are mapped onto one
+FILE is grains.h5 of an import, or dem.h5 or mpm.h5 of a run; several are mapped onto one
 grid. Written to --out: fields.h5, profiles.csv, figures/, map.html.
 """
 

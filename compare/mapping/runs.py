@@ -260,8 +260,8 @@ def open_run(path: str | Path) -> Run:
 
 
 def map_fields(runs: list[Path], output: Path, *options):
-    """Calls grain_map; raises CaseError with its line where it refuses what it is given, EngineError
-    when it fails.
+    """Calls grain_map; raises CaseError with its line where it refuses what it is given,
+    EngineError when it fails.
     """
     command = [program("grain_map"), *runs, "-o", output, "--quiet", *options]
     environment = os.environ | {

@@ -189,10 +189,11 @@ def momentum(
 
 def says(one: Balance, label: str, along: str) -> str:
     closing = ", ".join(f"{a} {value:.2g}" for a, value in zip(AXES, one.closing))
+    off, lacking = 100 * one.carrying, 100 * abs(one.unexplained)
     return (
         f"{label}: closing error in the bulk (root mean square over max ρ|g|) {closing}; the "
-        f"stress differs from the weight that it carries by {100 * one.carrying:.2g} % at most; forces "
-        f"that the file lacks hold {100 * abs(one.unexplained):.3g} % of the weight along {along}."
+        f"stress differs from the weight that it carries by {off:.2g} % at most; "
+        f"forces that the file lacks hold {lacking:.3g} % of the weight along {along}."
     )
 
 
