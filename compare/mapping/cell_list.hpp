@@ -20,10 +20,18 @@ class CellList {
     for (const auto& x : positions)
       lower_ = lower_.cwiseMin(grid.project(x)), upper = upper.cwiseMax(grid.project(x));
     const double least = 0.5 * cutoff;  // side of a bin: small ones leave fewer points in vain
-    for (int a = 0; a < D; ++a) {
-      period_[a] = grid.low_edge[a] == Edge::periodic ? grid.cells[a] * grid.spacing[a] : 0.0;
-      bins_[a] = std::max(1, static_cast<int>((upper[a] - lower_[a]) / least));
-      side_[a] = std::max(least, (upper[a] - lower_[a]) / bins_[a] * (1.0 + 1e-12));
+    // Bins that would nearly all be empty (a point far away) cost memory for nothing.
+    const double most = 1e6 + 8.0 * static_cast<double>(positions.size());
+    double bins = 0.0;
+    for (double coarser = 1.0; bins == 0.0 || bins > most; coarser *= 2.0) {
+      bins = 1.0;
+      for (int a = 0; a < D; ++a) {
+        period_[a] = grid.low_edge[a] == Edge::periodic ? grid.cells[a] * grid.spacing[a] : 0.0;
+        const double side = coarser * least;
+        bins_[a] = std::max(1, static_cast<int>(std::min((upper[a] - lower_[a]) / side, 1e9)));
+        side_[a] = std::max(side, (upper[a] - lower_[a]) / bins_[a] * (1.0 + 1e-12));
+        bins *= bins_[a];
+      }
     }
     begin_.assign(static_cast<std::size_t>(
                       std::accumulate(bins_.begin(), bins_.end(), 1, std::multiplies<>())) +
@@ -44,11 +52,9 @@ class CellList {
   const std::vector<double>& coordinate(int a) const { return x_[a]; }
 
   /// visit(r, begin, end) for runs of the order that together hold every point within the cutoff of
-  /// r, where r is the i-th point of the order or a periodic image of it.
+  /// r, where r is the given place or a periodic image of it.
   template <class Visit>
-  void runs(std::size_t i, Visit visit) const {
-    Point r;
-    for (int a = 0; a < D; ++a) r[a] = x_[a][i];
+  void runs(const Point& r, Visit visit) const {
     // Images within reach: those shifts that bring p's ball onto the box of the points.
     std::array<int, 3> reach{0, 0, 0};
     for (int a = 0; a < D; ++a)

@@ -3,7 +3,7 @@
 // once, and alike.
 #pragma once
 
-#include <optional>
+#include <algorithm>
 #include <vector>
 
 #include "mpm/numbers/tensor.hpp"
@@ -42,47 +42,76 @@ struct Cloud {
   std::vector<SymTensor> stress;             // [Pa]
 
   std::size_t size() const { return x.size(); }
+  /// Whether these are grains of different masses (material points are no grains).
+  bool of_several_masses() const {
+    if (mass.empty() || !stress.empty()) return false;
+    const auto [low, high] = std::minmax_element(mass.begin(), mass.end());
+    return *high - *low > 1e-9 * *high;
+  }
 };
 
-/// The part of a cloud with lower <= x[axis] < upper; branches are cut at the two planes, and each
-/// keeps the share of its force that lies inside. For profiles, which average over a range of the
-/// other coordinates.
-inline Cloud cut(const Cloud& c, int axis, double lower, double upper) {
-  const auto inside = [&](const Vec3& r) { return r[axis] >= lower && r[axis] < upper; };
+/// A range of one axis, lower <= x < upper; `period` of the domain there, 0 where it does not
+/// repeat [m].
+struct Range {
+  int axis;
+  double lower, upper;
+  double period = 0.0;
+};
+
+/// The part of a branch between two planes, with the share of its force that lies there. False
+/// where nothing of the contact does.
+inline bool cut(Contact& k, const Range& range) {
+  const auto inside = [&](const Vec3& r) {
+    return r[range.axis] >= range.lower && r[range.axis] < range.upper;
+  };
+  // Points r(s) = start - s branch, s in [0, 1]; those with lower <= r[axis] < upper.
+  double s0 = 0.0, s1 = 1.0;
+  const double a = k.start[range.axis], b = -k.branch[range.axis];
+  if (b == 0.0) {
+    if (!inside(k.start)) s1 = -1.0;
+  } else {
+    const double sl = (range.lower - a) / b, su = (range.upper - a) / b;
+    s0 = std::max(s0, std::min(sl, su));
+    s1 = std::min(s1, std::max(sl, su));
+  }
+  const bool point_inside = inside(k.point);
+  if (s1 <= s0 && !point_inside) return false;
+  k.start -= s0 * k.branch;
+  k.branch *= std::max(0.0, s1 - s0);
+  k.wall = k.wall && point_inside;
+  if (!point_inside) k.dissipation = 0.0;
+  return true;
+}
+
+/// The part of a cloud within a range; branches are cut at the two planes. For profiles, which
+/// average over a range of the other coordinates. Where the domain repeats, the images next to it
+/// count as well.
+inline Cloud cut(const Cloud& c, const Range& range) {
   Cloud out;
   out.has_contacts = c.has_contacts;
   out.has_dissipation = c.has_dissipation;
   const auto keep = [](const auto& from, auto& to, std::size_t p) {
     if (!from.empty()) to.push_back(from[p]);
   };
-  for (std::size_t p = 0; p < c.size(); ++p) {
-    if (!inside(c.x[p])) continue;
-    keep(c.x, out.x, p), keep(c.v, out.v, p), keep(c.mass, out.mass, p),
-        keep(c.solid_volume, out.solid_volume, p);
-    keep(c.spin, out.spin, p), keep(c.inertia, out.inertia, p),
-        keep(c.contact_number, out.contact_number, p);
-    keep(c.void_ratio, out.void_ratio, p),
-        keep(c.granular_temperature, out.granular_temperature, p);
-    keep(c.stress, out.stress, p);
-  }
-  for (Contact k : c.contacts) {
-    // Points r(s) = start - s branch, s in [0, 1]; those with lower <= r[axis] < upper.
-    double s0 = 0.0, s1 = 1.0;
-    const double a = k.start[axis], b = -k.branch[axis];
-    if (b == 0.0) {
-      if (!inside(k.start)) s1 = -1.0;
-    } else {
-      const double sl = (lower - a) / b, su = (upper - a) / b;
-      s0 = std::max(s0, std::min(sl, su));
-      s1 = std::min(s1, std::max(sl, su));
+  for (const int image : {0, -1, 1}) {
+    if (image != 0 && range.period == 0.0) break;
+    Vec3 shift = Vec3::Zero();
+    shift[range.axis] = image * range.period;
+    for (std::size_t p = 0; p < c.size(); ++p) {
+      const Vec3 x = c.x[p] + shift;
+      if (!(x[range.axis] >= range.lower && x[range.axis] < range.upper)) continue;
+      out.x.push_back(x);
+      keep(c.v, out.v, p), keep(c.mass, out.mass, p), keep(c.solid_volume, out.solid_volume, p);
+      keep(c.spin, out.spin, p), keep(c.inertia, out.inertia, p),
+          keep(c.contact_number, out.contact_number, p);
+      keep(c.void_ratio, out.void_ratio, p),
+          keep(c.granular_temperature, out.granular_temperature, p);
+      keep(c.stress, out.stress, p);
     }
-    const bool point_inside = inside(k.point);
-    if (s1 <= s0 && !point_inside) continue;
-    k.start -= s0 * k.branch;
-    k.branch *= std::max(0.0, s1 - s0);
-    k.wall = k.wall && point_inside;
-    if (!point_inside) k.dissipation = 0.0;
-    out.contacts.push_back(k);
+    for (Contact k : c.contacts) {
+      k.start += shift, k.point += shift;
+      if (cut(k, range)) out.contacts.push_back(k);
+    }
   }
   return out;
 }

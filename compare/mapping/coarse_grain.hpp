@@ -13,8 +13,9 @@
 // own cell.
 //
 // Directions that are not mapped are averaged over their depth: D = 2 maps x and y and averages
-// over the thickness, D = 1 maps y. Compression positive. Formulas: Goldhirsch, Granular Matter
-// 12:239 (2010); wall terms: Weinhart et al., Granular Matter 14:289 (2012).
+// over the thickness, D = 1 maps one axis, y where nothing else is asked for. Compression positive.
+// Formulas: Goldhirsch, Granular Matter 12:239 (2010); wall terms: Weinhart et al., Granular Matter
+// 14:289 (2012).
 #pragma once
 
 #include <array>
@@ -37,19 +38,33 @@ struct SampleGrid {
   std::array<int, D> cells;  // per axis
   std::array<Edge, D> low_edge, high_edge;
   double depth = 1.0;  // extent of what is averaged over [m^(3-D)]
+  int along = 1;       // the direction that a grid of one axis maps
 
-  /// The spatial direction that grid axis `a` maps: y; x, y; x, y, z.
-  static constexpr int direction(int a) { return D == 1 ? 1 : a; }
-  static Point project(const Vec3& r) {
+  /// The part whose fields are asked for: `part.count` layers of cells along one axis, all of the
+  /// grid where that is zero. Whatever the parts, a point's weights are those in the whole grid.
+  struct Part {
+    int axis = 0, first = 0, count = 0;
+  } part;
+
+  /// The spatial direction that grid axis `a` maps: one of them; x, y; x, y, z.
+  int direction(int a) const { return D == 1 ? along : a; }
+  Point project(const Vec3& r) const {
     Point q;
     for (int a = 0; a < D; ++a) q[a] = r[direction(a)];
     return q;
   }
   double centre(int a, int k) const { return lower[a] + (k + 0.5) * spacing[a]; }
   double cell_volume() const { return spacing.prod() * depth; }  // [m3]
+
+  bool whole() const { return part.count == 0; }
+  int first(int a) const { return whole() || a != part.axis ? 0 : part.first; }
+  /// Cells of the part along `a`, and of all of it.
+  int count(int a) const {
+    return whole() || a != part.axis ? cells[static_cast<std::size_t>(a)] : part.count;
+  }
   std::size_t size() const {
     std::size_t n = 1;
-    for (const int k : cells) n *= static_cast<std::size_t>(k);
+    for (int a = 0; a < D; ++a) n *= static_cast<std::size_t>(count(a));
     return n;
   }
 };
@@ -68,19 +83,37 @@ struct Fields {
 };
 
 struct Grain {
-  double diameter;  // d [m], for the inertial number
+  double diameter;  // d [m], for the inertial number; of several sizes, sum d^4 / sum d^3
   double density;   // rho_s [kg/m3]
 };
 
-/// All fields the cloud has data for. Undefined values (the velocity of an empty cell) are NaN.
+/// |v_i - V(r_i)|^2 of every point, V smoothed at the point itself and the point's own share in it
+/// corrected for [m2/s2]; NaN for a point on its own.
+template <int D>
+std::vector<double> fluctuations(const Cloud& cloud, const SampleGrid<D>& grid,
+                                 const Kernel<D>& kernel);
+
+/// All fields the cloud has data for, in the part of the grid. Undefined values (the velocity of an
+/// empty cell) are NaN. `fluctuation`: of `fluctuations`.
 template <int D>
 Fields coarse_grain(const Cloud& cloud, const SampleGrid<D>& grid, const Kernel<D>& kernel,
-                    const Grain& grain);
-template <>
-Fields coarse_grain(const Cloud&, const SampleGrid<1>&, const Kernel<1>&, const Grain&);
-template <>
-Fields coarse_grain(const Cloud&, const SampleGrid<2>&, const Kernel<2>&, const Grain&);
-template <>
-Fields coarse_grain(const Cloud&, const SampleGrid<3>&, const Kernel<3>&, const Grain&);
+                    const Grain& grain, const std::vector<double>& fluctuation);
+
+template <int D>
+Fields coarse_grain(const Cloud& cloud, const SampleGrid<D>& grid, const Kernel<D>& kernel,
+                    const Grain& grain) {
+  return coarse_grain(cloud, grid, kernel, grain, fluctuations(cloud, grid, kernel));
+}
+
+#define GRAINPAIR_MAPPING(D)                                                              \
+  template <>                                                                             \
+  std::vector<double> fluctuations(const Cloud&, const SampleGrid<D>&, const Kernel<D>&); \
+  template <>                                                                             \
+  Fields coarse_grain(const Cloud&, const SampleGrid<D>&, const Kernel<D>&, const Grain&, \
+                      const std::vector<double>&);
+GRAINPAIR_MAPPING(1)
+GRAINPAIR_MAPPING(2)
+GRAINPAIR_MAPPING(3)
+#undef GRAINPAIR_MAPPING
 
 }  // namespace grainpair

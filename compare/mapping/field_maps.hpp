@@ -16,12 +16,8 @@ class Builder {
  public:
   explicit Builder(std::size_t cells) : cells_(cells) { fields_.list.reserve(64); }
 
-  double* add(const char* name, const char* unit, int components, const char* doc) {
-    fields_.list.push_back(
-        {name, unit, doc, components,
-         std::vector<double>(cells_ * static_cast<std::size_t>(components), 0.0)});
-    return fields_.list.back().values.data();
-  }
+  /// A field of the catalogue (field_maps.cpp), zero so far.
+  double* add(const std::string& name);
   template <class PerCell>
   void for_cells(PerCell per_cell) const {
 #pragma omp parallel for schedule(dynamic, 64)
@@ -44,29 +40,37 @@ inline Mat3 tensor(const double* field, std::size_t k) {
   return Eigen::Map<const RowMat3>(field + 9 * k);
 }
 
-class FieldMaps {
+/// What follows from the fields of mass, motion and stress.
+class DerivedMaps {
  public:
-  FieldMaps(const Cloud& cloud, const Grain& grain, std::size_t cells)
-      : cloud_(cloud), grain_(grain), out_(cells) {}
+  DerivedMaps(const Grain& grain, std::size_t cells) : grain_(grain), out_(cells) {}
 
  protected:
   static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-  void map_two_step(const Stencils& points, const std::vector<double>& fluctuation);
-  void map_state(const Stencils& points);
   void map_derived();
 
-  const Cloud& cloud_;
   Grain grain_;
   Builder out_;
   double *density_ = nullptr, *gradient_ = nullptr, *kinetic_ = nullptr, *stress_ = nullptr;
   bool add_kinetic_ = false;
 };
 
-/// What depends on the kernel: weights of the points, and sums over contacts and neighbours.
+class FieldMaps : protected DerivedMaps {
+ public:
+  FieldMaps(const Cloud& cloud, const Grain& grain, std::size_t cells)
+      : DerivedMaps(grain, cells), cloud_(cloud) {}
+
+ protected:
+  void map_two_step(const Stencils& points, const std::vector<double>& fluctuation);
+  void map_state(const Stencils& points);
+
+  const Cloud& cloud_;
+};
+
+/// What depends on the kernel: weights of the points, and sums over contacts, in a part of a grid.
 struct KernelSums {
   Stencils points;
-  std::vector<double> fluctuation;                  // of each point, |v'|^2 [m2/s2]
   std::vector<Eigen::Matrix<double, 19, 1>> along;  // branches: f (x) b, n (x) n, 1
   std::vector<Eigen::Vector4d> at;                  // contact points: force of walls, power
 };

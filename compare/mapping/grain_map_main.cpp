@@ -1,146 +1,248 @@
-// grain_map: runs of either engine -> fields of both on one grid, through one kernel of one width.
+// grain_map: runs of either engine, or grains of another code -> fields of all on one grid, through
+// one kernel of one width.
 #include <fmt/format.h>
 #include <omp.h>
 
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <set>
 
 #include "cases/command_line.hpp"
 #include "cases/draft.hpp"
-#include "compare/mapping/run_file.hpp"
+#include "compare/mapping/frame_sums.hpp"
+#include "compare/mapping/layout.hpp"
+#include "compare/mapping/parts.hpp"
 
 namespace {
 
 using namespace grainpair;
 namespace fs = std::filesystem;
 
-struct Options {
-  std::vector<std::string> runs;
-  std::string output, kernel, walls = "mirror";
-  double width = 0.0, spacing = 0.0;  // [d]; 0: the case's
-  int dimension = 2, threads = 0;
-  std::vector<double> range;        // x range of a profile [m]
-  std::vector<std::size_t> frames;  // all when empty
-  bool quiet = false;
-};
-
-constexpr double largest_grid =
-    5e7;  // cells; a run that needs more has lost a point or mistaken a unit
-
-/// A grid that holds every point of every run and frame with its kernel's reach, walls at x = 0 and
-/// y = 0.
-template <int D>
-SampleGrid<D> cover(const std::vector<RunFile>& runs, const Options& o, double h, double reach) {
-  const Scene& scene = runs.front().scene();
-  Vec3 lower = Vec3::Zero(), upper = Vec3::Zero();
-  for (const auto& run : runs)
-    for (std::size_t f = 0; f < run.frames(); ++f)
-      for (const auto& x : run.positions(f)) {
-        if (!x.allFinite())
-          throw std::runtime_error(
-              fmt::format("{}: position that is not a number in frame {}", run.file().path(), f));
-        lower = lower.cwiseMin(x), upper = upper.cwiseMax(x);
-      }
-  const bool mirror = o.walls == "mirror";
-  SampleGrid<D> g;
-  double cells = 1.0;
-  for (int a = 0; a < D; ++a) {
-    const int direction = SampleGrid<D>::direction(a);
-    if (direction == 2) {
-      g.cells[a] = std::max(1, static_cast<int>(std::round(scene.thickness / h)));
-      g.lower[a] = 0.0, g.spacing[a] = scene.thickness / g.cells[a];
-      g.low_edge[a] = g.high_edge[a] = scene.periodic ? Edge::periodic : Edge::mirror;
-    } else {
-      // Whole cells on either side of the wall, so that a wall is always a face between cells.
-      const double below = mirror ? 0.0 : std::ceil((reach - lower[direction]) / h);
-      const double count = below + std::ceil((upper[direction] + reach) / h);
-      if (!(cells * count < largest_grid))
-        throw std::runtime_error(
-            fmt::format("{}: the points span {:.3g} m in {}, {:.3g} cells (a point has escaped, or "
-                        "the spacing is too fine)",
-                        runs.front().file().path(), upper[direction] - lower[direction],
-                        "xyz"[direction], cells * count));
-      g.cells[a] = std::max(1, static_cast<int>(count));
-      g.lower[a] = -below * h, g.spacing[a] = h;
-      g.low_edge[a] = mirror ? Edge::mirror : Edge::open;
-      g.high_edge[a] = Edge::open;
-    }
-    cells *= g.cells[a];
+/// How far, and how long still: a line on a terminal, or lines for another program.
+class Progress {
+ public:
+  Progress(std::string what, std::size_t steps, const MapOptions& o)
+      : what_(std::move(what)),
+        steps_(steps),
+        lines_(o.progress),
+        shown_(!o.progress && !o.quiet && isatty(fileno(stderr))) {}
+  ~Progress() {
+    if (shown_) fmt::print(stderr, "\n");
   }
-  g.depth = D == 3 ? 1.0 : scene.thickness;
-  if (D == 1) g.depth *= o.range[1] - o.range[0];
-  return g;
-}
+  void step() {
+    ++done_;
+    if (lines_) {
+      const double share = static_cast<double>(done_) / static_cast<double>(steps_);
+      fmt::print("progress {:.4f} mapping {}\n", share, what_);
+      std::fflush(stdout);
+    }
+    if (!shown_) return;
+    using Seconds = std::chrono::duration<double>;
+    const double spent = Seconds(std::chrono::steady_clock::now() - begin_).count();
+    const auto share = static_cast<double>(done_) / static_cast<double>(steps_);
+    fmt::print(stderr, "\rmapping {}: {:3.0f} %, {:.0f} s left  ", what_, 100.0 * share,
+               spent / share - spent);
+  }
+
+ private:
+  std::string what_;
+  std::size_t steps_, done_ = 0;
+  bool lines_, shown_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
 
 template <int D>
 void write_grid(H5File& out, const SampleGrid<D>& grid) {
+  static const std::array<const char*, 3> words{"open", "mirror", "periodic"};
   out.make_group("/grid");
   for (int a = 0; a < D; ++a) {
     std::vector<double> centres;
-    centres.reserve(static_cast<std::size_t>(grid.cells[a]));
-    for (int k = 0; k < grid.cells[a]; ++k) centres.push_back(grid.centre(a, k));
-    const std::string name = std::string("/grid/") + "xyz"[SampleGrid<D>::direction(a)];
+    const auto i = static_cast<std::size_t>(a);
+    centres.reserve(static_cast<std::size_t>(grid.cells[i]));
+    for (int k = 0; k < grid.cells[i]; ++k) centres.push_back(grid.centre(a, k));
+    const std::string name = std::string("/grid/") + "xyz"[grid.direction(a)];
     out.write(name, centres, {centres.size()});
     out.set(name, "unit", "m");
+    out.set(name, "low_edge", words[static_cast<std::size_t>(grid.low_edge[i])]);
+    out.set(name, "high_edge", words[static_cast<std::size_t>(grid.high_edge[i])]);
   }
   out.set("/grid", "cell_volume", grid.cell_volume());
   out.set("/grid", "depth", grid.depth);
 }
 
+/// The fields of one run in the file, written part by part.
 template <int D>
-void map_run(const RunFile& run, const std::string& group, const SampleGrid<D>& grid,
-             const Kernel<D>& kernel, const Options& o, H5File& out) {
-  // The conserved fields keep their sixteen digits; the rest are stored in single precision.
-  static const std::set<std::string> exact{"density", "momentum", "solid_fraction"};
-  std::vector<std::size_t> frames = o.frames;
+class Series {
+ public:
+  Series(H5File& out, std::string group, std::size_t frames, const SampleGrid<D>& first_part)
+      : out_(out), group_(std::move(group)), frames_(frames), block_(first_part) {}
+
+  void write(const Fields& fields, std::size_t frame, const SampleGrid<D>& part) {
+    // The conserved fields keep their sixteen digits; the rest are stored in single precision.
+    static const std::set<std::string> exact{"density", "momentum", "solid_fraction"};
+    for (const auto& field : fields.list) {
+      const std::string name = group_ + "/" + field.name;
+      std::vector<hsize_t> shape, block, start, count;
+      for (int a = D - 1; a >= 0; --a) {
+        shape.push_back(static_cast<hsize_t>(part.cells[static_cast<std::size_t>(a)]));
+        block.push_back(static_cast<hsize_t>(block_.count(a)));
+        start.push_back(static_cast<hsize_t>(part.first(a)));
+        count.push_back(static_cast<hsize_t>(part.count(a)));
+      }
+      for (int rank = field.components; rank >= 3; rank /= 3)
+        shape.push_back(3), block.push_back(3), start.push_back(0), count.push_back(3);
+      if (made_.insert(name).second) {
+        out_.make_series(name, frames_, shape, block, exact.contains(field.name));
+        out_.set(name, "unit", field.unit);
+        out_.set(name, "doc", field.doc);
+      }
+      out_.write_block(name, frame, start, count, field.values);
+    }
+  }
+
+ private:
+  H5File& out_;
+  std::string group_;
+  std::size_t frames_;
+  SampleGrid<D> block_;
+  std::set<std::string> made_;
+};
+
+std::vector<std::size_t> frames_of(const RunFile& run, const MapOptions& o) {
+  std::vector<std::size_t> frames = o.frames, within;
   if (frames.empty())
     for (std::size_t f = 0; f < run.frames(); ++f) frames.push_back(f);
-
-  out.make_group(group);
-  out.set(group, "engine", run.engine());
-  out.set(group, "source", fs::path(run.file().path()).filename().string());
-  std::vector<double> times;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (frames[i] >= run.frames())
+  for (const std::size_t f : frames) {
+    if (f >= run.frames())
       throw std::runtime_error(
-          fmt::format("{}: no frame {} (it has {})", run.file().path(), frames[i], run.frames()));
-    times.push_back(run.time(frames[i]));
-    Cloud cloud = run.cloud(frames[i]);
-    if (D == 1) cloud = cut(cloud, 0, o.range[0], o.range[1]);
-    const Fields fields = coarse_grain(cloud, grid, kernel, run.scene().grain);
-    for (const auto& field : fields.list) {
-      const std::string name = group + "/" + field.name;
-      if (i == 0) {
-        std::vector<hsize_t> shape;
-        for (int a = D - 1; a >= 0; --a) shape.push_back(static_cast<hsize_t>(grid.cells[a]));
-        if (field.components >= 3) shape.push_back(3);
-        if (field.components == 9) shape.push_back(3);
-        out.make_series(name, frames.size(), shape, exact.contains(field.name));
-        out.set(name, "unit", field.unit);
-        out.set(name, "doc", field.doc);
-      }
-      out.write_frame(name, i, field.values);
-    }
-    if (!o.quiet && isatty(fileno(stderr)))
-      fmt::print(stderr, "\rmapping {}: frame {}/{}", run.engine(), i + 1, frames.size());
+          fmt::format("{}: no frame {} (it has {})", run.file().path(), f, run.frames()));
+    if (o.span.empty() || (run.time(f) >= o.span[0] && run.time(f) <= o.span[1]))
+      within.push_back(f);
   }
-  if (!o.quiet && isatty(fileno(stderr))) fmt::print(stderr, "\n");
-  out.write(group + "/time", times, {times.size()});
-  out.set(group + "/time", "unit", "s");
+  if (within.empty())
+    throw std::runtime_error(
+        fmt::format("{}: no frame from {:g} to {:g} s", run.file().path(), o.span[0], o.span[1]));
+  return within;
 }
 
 template <int D>
-void map_all(const std::vector<RunFile>& runs, const Options& o, H5File& out) {
+struct Mapping {
+  const MapOptions& options;
+  const Layout<D>& layout;
+  const Kernel<D>& kernel;
+  double reach;
+  H5File& out;
+
+  Cloud cloud(const RunFile& run, std::size_t frame) const {
+    Cloud all = run.cloud(frame);
+    for (const Range& range : layout.cuts(run, frame)) all = cut(all, range);
+    sort_by_cell(all, layout.grid(run, frame));
+    return all;
+  }
+
+  void map_run(const RunFile& run, const std::string& group) const {
+    const auto frames = frames_of(run, options);
+    out.make_group(group);
+    out.set(group, "engine", run.engine());
+    out.set(group, "source", fs::path(run.file().path()).filename().string());
+    out.set(group, "diameter", run.scene().grain.diameter);
+    out.set(group, "grain_density", run.scene().grain.density);
+    std::vector<double> times;
+    for (const std::size_t f : frames) times.push_back(run.time(f));
+    if (options.average) {
+      average(run, group, frames);
+      double sum = 0.0;
+      for (const double t : times) sum += t;
+      out.set(group, "averaged_frames", static_cast<double>(times.size()));
+      out.set(group, "averaged_from", times.front());
+      out.set(group, "averaged_to", times.back());
+      times = {sum / static_cast<double>(times.size())};
+    } else {
+      each(run, group, frames);
+    }
+    out.write(group + "/time", times, {times.size()});
+    out.set(group + "/time", "unit", "s");
+    write_boxes(run, group, frames);
+  }
+
+  /// Where a domain that repeats lies, frame by frame.
+  void write_boxes(const RunFile& run, const std::string& group,
+                   const std::vector<std::size_t>& frames) const {
+    const auto& periodic = run.scene().periodic;
+    if (run.scene().has_case || std::none_of(periodic.begin(), periodic.end(), std::identity()))
+      return;
+    std::vector<double> lower, upper, volumes;
+    for (const std::size_t f : frames) {
+      const Box box = run.box(f);
+      for (int a = 0; a < 3; ++a) lower.push_back(box.lower[a]), upper.push_back(box.upper[a]);
+      volumes.push_back(layout.grid(run, f).cell_volume());
+    }
+    out.write(group + "/box_lower", lower, {frames.size(), 3});
+    out.write(group + "/box_upper", upper, {frames.size(), 3});
+    out.write(group + "/cell_volume", volumes, {frames.size()});
+    for (const char* name : {"/box_lower", "/box_upper"}) out.set(group + name, "unit", "m");
+    out.set(group + "/cell_volume", "unit", "m3");
+  }
+
+  void each(const RunFile& run, const std::string& group,
+            const std::vector<std::size_t>& frames) const {
+    std::optional<Series<D>> series;
+    std::optional<Progress> progress;
+    std::vector<SampleGrid<D>> pieces;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const Cloud points = cloud(run, frames[i]);
+      SampleGrid<D> grid = layout.grid(run, frames[i]);
+      if (!series) {
+        pieces = parts(grid, points, reach);
+        series.emplace(out, group, frames.size(), pieces.front());
+        progress.emplace(run.engine(), frames.size() * pieces.size(), options);
+      }
+      const auto fluctuation = fluctuations(points, grid, kernel);
+      for (const auto& piece : pieces) {
+        grid.part = piece.part;
+        series->write(coarse_grain(points, grid, kernel, run.scene().grain, fluctuation), i, grid);
+        progress->step();
+      }
+    }
+  }
+
+  void average(const RunFile& run, const std::string& group,
+               const std::vector<std::size_t>& frames) const {
+    const SampleGrid<D> grid = layout.grid(run, frames.front());
+    std::vector<FrameSums<D>> sums;
+    Progress progress(run.engine(), frames.size(), options);
+    for (const std::size_t f : frames) {
+      const Cloud points = cloud(run, f);
+      const SampleGrid<D> now = layout.grid(run, f);
+      if (std::abs(now.cell_volume() / grid.cell_volume() - 1.0) > 1e-9 ||
+          ((now.lower - grid.lower).array().abs() > 1e-9 * grid.spacing.array()).any())
+        throw std::runtime_error(
+            fmt::format("{}: the domain of frame {} is another than that of frame {} (no steady "
+                        "flow) leave --average out, or take fewer frames",
+                        run.file().path(), f, frames.front()));
+      if (sums.empty())
+        for (const auto& part : parts(grid, points, reach)) sums.emplace_back(part);
+      const auto fluctuation = fluctuations(points, grid, kernel);
+      for (auto& sum : sums) average_frame(sum, points, kernel, fluctuation);
+      progress.step();
+    }
+    Series<D> series(out, group, 1, sums.front().grid);
+    for (const auto& sum : sums) series.write(average_fields(sum, run.scene().grain), 0, sum.grid);
+  }
+};
+
+template <int D>
+void map_all(const std::vector<RunFile>& runs, const MapOptions& o, H5File& out) {
   const Scene& scene = runs.front().scene();
-  const double d = scene.grain.diameter;
+  const double d = scene.unit;
   const double w = (o.width > 0.0 ? o.width : scene.width) * d,
                h = (o.spacing > 0.0 ? o.spacing : scene.spacing) * d;
   const std::string name = o.kernel.empty() ? scene.kernel : o.kernel;
   const Kernel<D> kernel = make_kernel<D>(name, w);
   const double reach = std::visit([](const auto& k) { return k.cutoff(); }, kernel);
-  const auto grid = cover<D>(runs, o, h, reach);
-  write_grid(out, grid);
+  const Layout<D> layout(runs, o, h, reach);
+  write_grid(out, layout.grid(runs.front(), o.frames.empty() ? 0 : o.frames.front()));
   out.set("/", "schema_version", 1.0);
   out.set("/", "software", "grainpair");
   out.set("/", "kernel", name);
@@ -148,16 +250,21 @@ void map_all(const std::vector<RunFile>& runs, const Options& o, H5File& out) {
   out.set("/", "spacing", h);
   out.set("/", "cutoff", reach);
   out.set("/", "walls", o.walls);
+  out.set("/", "notes", layout.notes().empty() ? "none" : layout.notes());
+  const Mapping<D> mapping{o, layout, kernel, reach, out};
   for (const auto& run : runs)
-    map_run(run, fmt::format("/{}", fs::path(run.file().path()).stem().string()), grid, kernel, o,
-            out);
+    mapping.map_run(run, fmt::format("/{}", fs::path(run.file().path()).stem().string()));
 }
 
-void map(const Options& o) {
+void map(const MapOptions& o) {
   std::vector<RunFile> runs;
   std::set<std::string> names;
   for (const auto& path : o.runs) {
-    runs.emplace_back(path);
+    runs.emplace_back(path, o.density);
+    for (const std::size_t f : o.frames)
+      if (f >= runs.back().frames())
+        throw std::runtime_error(
+            fmt::format("{}: no frame {} (it has {})", path, f, runs.back().frames()));
     if (!names.insert(fs::path(path).stem().string()).second)
       throw std::runtime_error(path + ": two runs of one name (fields are kept by file name)");
   }
@@ -172,39 +279,57 @@ void map(const Options& o) {
   draft.finish();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  Options o;
-  CommandLine line("Coarse-grains runs of either engine onto one grid: same kernel, same width.");
+void declare(CommandLine& line, MapOptions& o) {
   line.option("runs", o.runs,
-              "result files, mpm.h5 and dem.h5 alike; fields are kept under each file's name")
+              "result files, mpm.h5, dem.h5 and grains.h5 alike; fields are kept under each file's "
+              "name")
       .required()
       .option("-o,--output", o.output, "the fields")
       .required()
-      .option("--width", o.width, "kernel width w in grain diameters (default: the case's)")
+      .option("--width", o.width, "kernel width w in grain diameters (default: the case's, 0.75)")
       .positive()
-      .option("--kernel", o.kernel, "gauss, lucy, heaviside or linear (default: the case's)")
+      .option("--kernel", o.kernel, "gauss, lucy, heaviside or linear (default: the case's, gauss)")
       .one_of({"gauss", "lucy", "heaviside", "linear"})
-      .option("--spacing", o.spacing, "grid spacing in grain diameters (default: the case's)")
+      .option("--spacing", o.spacing, "grid spacing in grain diameters (default: the case's, 1)")
       .positive()
       .option("--dimension", o.dimension,
-              "2: averaged over the thickness; 3; or 1: profiles over y")
+              "2: averaged over the thickness; 3; or 1: profiles along one axis")
       .within(1, 3)
-      .option("--range", o.range, "x range that a profile averages over [m]")
+      .option("--along", o.along, "axis of profiles: x, y or z (default: y)")
+      .one_of({"x", "y", "z"})
+      .option("--range,--range-x", o.ranges[0], "x range that is averaged over [m] (default: all)")
+      .count(2)
+      .option("--range-y", o.ranges[1], "y range that is averaged over [m] (default: all)")
+      .count(2)
+      .option("--range-z", o.ranges[2], "z range that is averaged over [m] (default: all)")
       .count(2)
       .option("--walls", o.walls,
               "mirror: fold back what the kernel puts behind a wall; open: let it spread there")
       .one_of({"mirror", "open"})
       .option("--frame", o.frames, "frames to map, counted from 0 (default: all)")
+      .flag("--average", o.average, "one average over the frames, of a steady flow")
+      .option("--span", o.span, "only frames from one time to another [s]")
+      .count(2)
+      .option("--density", o.density, "of grains whose mass the file does not tell [kg/m3]")
+      .positive()
+      .flag("--progress", o.progress, "progress lines on standard output")
       .option("--threads", o.threads, "threads (default: all cores)")
       .threads()
       .flag("--quiet", o.quiet, "no progress");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  MapOptions o;
+  CommandLine line("Coarse-grains runs and grains onto one grid: same kernel, same width.");
+  declare(line, o);
   if (const auto done = line.parse(argc, argv)) return *done;
-  if (o.dimension == 1 && (o.range.size() != 2 || !(o.range[0] < o.range[1]))) {
-    fmt::print(stderr, "grain_map: --dimension 1 needs --range X0 X1 with X0 < X1\n");
-    return 2;
-  }
+  for (std::size_t a = 0; a < 3; ++a)
+    if (!o.ranges[a].empty() && !(o.ranges[a][0] < o.ranges[a][1])) {
+      fmt::print(stderr, "grain_map: --range-{} X0 X1 needs X0 < X1\n", "xyz"[a]);
+      return 2;
+    }
   if (o.threads > 0) omp_set_num_threads(o.threads);
   try {
     map(o);

@@ -1,11 +1,16 @@
 #include "compare/mapping/h5_file.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace grainpair {
 namespace {
 
 using hdf5::Error, hdf5::Handle;
+
+constexpr double most = 9007199254740992.0;  // 2^53
+constexpr double densest = 1040.0;           // bytes that deflate can make of one, at most
 
 Handle own(hid_t id, herr_t (*close)(hid_t), const std::string& otherwise) {
   if (id < 0) throw Error(otherwise);
@@ -63,16 +68,49 @@ std::vector<std::string> H5File::members(const std::string& group) const {
   return names;
 }
 
-std::vector<double> H5File::read(const std::string& name) const {
-  if (has_attribute(name, "value") && has_attribute(name, "shape"))
-    return std::vector<double>(static_cast<std::size_t>(number(name, "shape")),
-                               number(name, "value"));
-  const Handle data =
-      own(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, where(name) + ": missing dataset");
-  const Handle space = own(H5Dget_space(data), H5Sclose, where(name) + ": no dataspace");
-  std::vector<double> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
-  check(H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-        where(name) + ": unreadable");
+bool H5File::stored(const std::string& name) const {
+  const Handle found = object(name);
+  return H5Iget_type(found) == H5I_DATASET;
+}
+
+std::size_t H5File::length(const std::string& name) const { return length(name, object(name)); }
+
+std::size_t H5File::length(const std::string& name, const Handle& found) const {
+  if (H5Iget_type(found) != H5I_DATASET) {
+    const double n = number(name, "shape");
+    if (!(n >= 0.0 && n < most && n == std::floor(n)))
+      throw Error(where(name) + "@shape: no number of entries");
+    return static_cast<std::size_t>(n);
+  }
+  const Handle type = own(H5Dget_type(found), H5Tclose, where(name) + ": no type");
+  const auto kind = H5Tget_class(type);
+  if (kind != H5T_FLOAT && kind != H5T_INTEGER) throw Error(where(name) + ": not numbers");
+  const Handle space = own(H5Dget_space(found), H5Sclose, where(name) + ": no dataspace");
+  if (H5Sget_simple_extent_ndims(space) != 1) throw Error(where(name) + ": not one-dimensional");
+  const double n = static_cast<double>(H5Sget_simple_extent_npoints(space)),
+               bytes = static_cast<double>(H5Dget_storage_size(found));
+  if (n * static_cast<double>(H5Tget_size(type)) > densest * bytes)
+    throw Error(where(name) + ": holds fewer numbers than it says (cut short?)");
+  return static_cast<std::size_t>(n);
+}
+
+std::vector<double> H5File::read(const std::string& name, std::size_t expected) const {
+  const Handle found = object(name);
+  const std::size_t n = length(name, found);
+  if (n != expected)
+    throw Error(where(name) + ": " + std::to_string(n) + " entries where the others have " +
+                std::to_string(expected));
+  std::vector<double> values(n);
+  if (H5Iget_type(found) != H5I_DATASET)
+    std::fill(values.begin(), values.end(), number(name, "value"));
+  else
+    check(H5Dread(found, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+          where(name) + ": unreadable");
+  const auto bad =
+      std::find_if_not(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+  if (bad != values.end())
+    throw Error(where(name) + ": entry " + std::to_string(bad - values.begin()) +
+                " is not a number");
   return values;
 }
 
@@ -80,23 +118,34 @@ bool H5File::has_attribute(const std::string& name, const std::string& attribute
   return has(name) && H5Aexists_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT) > 0;
 }
 
-double H5File::number(const std::string& name, const std::string& attribute) const {
+Handle H5File::attribute(const std::string& name, const std::string& attribute,
+                         std::size_t expected) const {
   const std::string at = where(name) + "@" + attribute;
-  const Handle a =
-      own(H5Aopen_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
-          H5Aclose, at + ": missing attribute");
+  Handle a = own(H5Aopen_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
+                 H5Aclose, at + ": missing attribute");
   const Handle space = own(H5Aget_space(a), H5Sclose, at + ": no dataspace");
-  if (H5Sget_simple_extent_npoints(space) != 1) throw Error(at + ": not one number");
-  double value = 0.0;
-  check(H5Aread(a, H5T_NATIVE_DOUBLE, &value), at + ": not a number");
-  return value;
+  if (H5Sget_simple_extent_npoints(space) != static_cast<hssize_t>(expected))
+    throw Error(
+        at + (expected == 1 ? ": not one value" : ": not " + std::to_string(expected) + " values"));
+  return a;
+}
+
+double H5File::number(const std::string& name, const std::string& attribute) const {
+  return numbers(name, attribute, 1).front();
+}
+
+std::vector<double> H5File::numbers(const std::string& name, const std::string& attribute,
+                                    std::size_t expected) const {
+  const Handle a = this->attribute(name, attribute, expected);
+  std::vector<double> values(expected);
+  check(H5Aread(a, H5T_NATIVE_DOUBLE, values.data()),
+        where(name) + "@" + attribute + ": not a number");
+  return values;
 }
 
 std::string H5File::text(const std::string& name, const std::string& attribute) const {
   const std::string at = where(name) + "@" + attribute;
-  const Handle a =
-      own(H5Aopen_by_name(file_, name.c_str(), attribute.c_str(), H5P_DEFAULT, H5P_DEFAULT),
-          H5Aclose, at + ": missing attribute");
+  const Handle a = this->attribute(name, attribute, 1);
   const Handle type = own(H5Aget_type(a), H5Tclose, at + ": no type");
   if (H5Tget_class(type) != H5T_STRING) throw Error(at + ": not a text");
   if (H5Tis_variable_str(type) > 0) {
@@ -131,31 +180,33 @@ void H5File::write(const std::string& name, std::span<const double> values,
 }
 
 void H5File::make_series(const std::string& name, hsize_t frames, const std::vector<hsize_t>& shape,
-                         bool exact) {
+                         const std::vector<hsize_t>& block, bool exact) {
   std::vector<hsize_t> all{frames}, chunk{1};
   all.insert(all.end(), shape.begin(), shape.end());
-  chunk.insert(chunk.end(), shape.begin(), shape.end());
+  chunk.insert(chunk.end(), block.begin(), block.end());
   const Handle space = dataspace(all);
   const Handle plist = own(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "no property list");
+  const double nothing = std::numeric_limits<double>::quiet_NaN();
+  H5Pset_fill_value(plist, H5T_NATIVE_DOUBLE, &nothing);
   H5Pset_chunk(plist, static_cast<int>(chunk.size()), chunk.data());
   H5Pset_shuffle(plist);
-  H5Pset_deflate(plist, 2);
+  H5Pset_deflate(plist, block == shape ? 2 : 1);  // of a large grid it is a quarter of the time
   const Handle data =
       own(H5Dcreate2(file_, name.c_str(), exact ? H5T_NATIVE_DOUBLE : H5T_NATIVE_FLOAT, space,
                      H5P_DEFAULT, plist, H5P_DEFAULT),
           H5Dclose, where(name) + ": cannot make dataset");
 }
 
-void H5File::write_frame(const std::string& name, hsize_t frame, std::span<const double> values) {
+void H5File::write_block(const std::string& name, hsize_t frame, const std::vector<hsize_t>& start,
+                         const std::vector<hsize_t>& count, std::span<const double> values) {
   const Handle data =
       own(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose, where(name) + ": missing dataset");
   const Handle space = own(H5Dget_space(data), H5Sclose, where(name) + ": no dataspace");
-  std::vector<hsize_t> count(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
-  H5Sget_simple_extent_dims(space, count.data(), nullptr);
-  std::vector<hsize_t> start(count.size(), 0);
-  start[0] = frame, count[0] = 1;
-  H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
-  const Handle memory = dataspace(count);
+  std::vector<hsize_t> from{frame}, size{1};
+  from.insert(from.end(), start.begin(), start.end());
+  size.insert(size.end(), count.begin(), count.end());
+  H5Sselect_hyperslab(space, H5S_SELECT_SET, from.data(), nullptr, size.data(), nullptr);
+  const Handle memory = dataspace(size);
   check(H5Dwrite(data, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, values.data()),
         where(name) + ": not written");
 }

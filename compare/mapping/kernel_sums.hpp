@@ -2,13 +2,79 @@
 // (kernel_sums.cpp.in).
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <limits>
+#include <numbers>
 
 #include "compare/mapping/cell_list.hpp"
 #include "compare/mapping/field_maps.hpp"
 #include "compare/mapping/stencil.hpp"
 
 namespace grainpair {
+
+/// What a velocity is smoothed from, one entry per point or per lump of points: place, mass, sum of
+/// squared masses over the square of their sum, velocity.
+struct Sources {
+  std::vector<Vec3> x;
+  std::vector<double> m, share;
+  std::array<std::vector<double>, 3> v;
+
+  void add(const Vec3& place, double mass, double squares, const Vec3& velocity) {
+    x.push_back(place), m.push_back(mass), share.push_back(squares);
+    for (std::size_t a = 0; a < 3; ++a) v[a].push_back(velocity[static_cast<Eigen::Index>(a)]);
+  }
+};
+
+// Neighbour sums beyond which deep clouds are lumped: 400 neighbours of a point, 2e8 in all.
+constexpr double many_neighbours = 400.0, many_sums = 2e8;
+
+/// The points of a cloud; those of a deep and large one lumped in bins of a twelfth of the cutoff
+/// (a quarter of a Gaussian's w; in one dimension a sixteenth of it), each at its centre of mass.
+/// What that leaves out is of second order in the bin: (1/4)^2/24 of the kernel's curvature.
+template <int D>
+Sources sources(const Cloud& cloud, const SampleGrid<D>& grid, double cutoff) {
+  Sources out;
+  const auto n = static_cast<double>(cloud.size());
+  Vec3 lower = Vec3::Zero();
+  double extent = 1.0, ball = D == 1 ? 2.0 * cutoff : std::numbers::pi * cutoff * cutoff;
+  if (D == 3) ball *= 4.0 / 3.0 * cutoff;
+  for (int a = 0; a < D; ++a) {
+    const int i = grid.direction(a);
+    const auto [low, high] = std::minmax_element(
+        cloud.x.begin(), cloud.x.end(), [i](const Vec3& r, const Vec3& s) { return r[i] < s[i]; });
+    if (low == cloud.x.end()) return out;
+    lower[i] = (*low)[i], extent *= std::max((*high)[i] - (*low)[i], cutoff);
+  }
+  const double neighbours = n * std::min(1.0, ball / extent);
+  if (neighbours < many_neighbours || n * neighbours < many_sums) {
+    for (std::size_t p = 0; p < cloud.size(); ++p)
+      out.add(cloud.x[p], cloud.mass[p], 1.0, cloud.v[p]);
+    return out;
+  }
+  const double side = cutoff / (D == 1 ? 48.0 : 12.0);
+  std::vector<std::pair<std::array<std::int32_t, D>, std::uint32_t>> order(cloud.size());
+  for (std::size_t p = 0; p < cloud.size(); ++p) {
+    order[p].second = static_cast<std::uint32_t>(p);
+    for (int a = 0; a < D; ++a) {
+      const int i = grid.direction(a);
+      order[p].first[static_cast<std::size_t>(a)] =
+          static_cast<std::int32_t>(std::min((cloud.x[p][i] - lower[i]) / side, 2e9));
+    }
+  }
+  std::sort(order.begin(), order.end());
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    Vec3 mx = Vec3::Zero(), mv = Vec3::Zero();
+    double m = 0.0, m2 = 0.0;
+    for (; end < order.size() && order[end].first == order[begin].first; ++end) {
+      const std::size_t p = order[end].second;
+      const double mass = cloud.mass[p];
+      m += mass, m2 += mass * mass, mx += mass * cloud.x[p], mv += mass * cloud.v[p];
+    }
+    out.add(mx / m, m, m2 / (m * m), mv / m);
+  }
+  return out;
+}
 
 /// Squared fluctuation |v_i - V(r_i)|^2 / c_i of every point, V smoothed with the same kernel at
 /// the point itself, and
@@ -18,36 +84,38 @@ namespace grainpair {
 template <int D, class K>
 std::vector<double> two_step_fluctuation(const Cloud& cloud, const SampleGrid<D>& grid,
                                          const K& kernel) {
-  const CellList<D> cells(cloud.x, grid, kernel.cutoff());
-  const auto& order = cells.order();
-  std::vector<double> mass;
-  std::array<std::vector<double>, 3> v;
-  for (const std::size_t p : order) {
-    mass.push_back(cloud.mass[p]);
-    for (std::size_t a = 0; a < 3; ++a) v[a].push_back(cloud.v[p][static_cast<Eigen::Index>(a)]);
-  }
+  const Sources near = sources(cloud, grid, kernel.cutoff());
+  const CellList<D> cells(near.x, grid, kernel.cutoff());
+  const auto sorted = [&](const std::vector<double>& values) {
+    std::vector<double> out;
+    for (const std::size_t p : cells.order()) out.push_back(values[p]);
+    return out;
+  };
+  const auto mass = sorted(near.m), share = sorted(near.share);
+  const std::array v{sorted(near.v[0]), sorted(near.v[1]), sorted(near.v[2])};
   std::vector<double> out(cloud.size(), std::numeric_limits<double>::quiet_NaN());
   const double c2 = kernel.cutoff() * kernel.cutoff();
 #pragma omp parallel for schedule(dynamic, 256)
-  for (std::size_t i = 0; i < order.size(); ++i) {
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
     double S = 0.0, S2 = 0.0, Vx = 0.0, Vy = 0.0, Vz = 0.0;
     const K phi = kernel;
-    cells.runs(i, [&](const auto& r, std::size_t begin, std::size_t end) {
+    cells.runs(grid.project(cloud.x[i]), [&](const auto& r, std::size_t begin, std::size_t end) {
       std::array<const double*, D> x;
       for (int a = 0; a < D; ++a) x[a] = cells.coordinate(a).data();
-      const double *m = mass.data(), *vx = v[0].data(), *vy = v[1].data(), *vz = v[2].data();
+      const double *m = mass.data(), *q = share.data(), *vx = v[0].data(), *vy = v[1].data(),
+                   *vz = v[2].data();
 #pragma omp simd reduction(+ : S, S2, Vx, Vy, Vz)
       for (std::size_t j = begin; j < end; ++j) {
         double r2 = 0.0;
         for (int a = 0; a < D; ++a) r2 += (x[a][j] - r[a]) * (x[a][j] - r[a]);
         const bool inside = r2 < c2;
         const double value = m[j] * phi.at(inside ? r2 : c2), w = inside ? value : 0.0;
-        S += w, S2 += w * w, Vx += w * vx[j], Vy += w * vy[j], Vz += w * vz[j];
+        S += w, S2 += w * w * q[j], Vx += w * vx[j], Vy += w * vy[j], Vz += w * vz[j];
       }
     });
-    const double c = 1.0 - 2.0 * mass[i] * kernel.at(0.0) / S + S2 / (S * S);
+    const double c = 1.0 - 2.0 * cloud.mass[i] * kernel.at(0.0) / S + S2 / (S * S);
     const Vec3 V(Vx / S, Vy / S, Vz / S);
-    if (c > 0.05) out[order[i]] = (cloud.v[order[i]] - V).squaredNorm() / c;
+    if (c > 0.05) out[i] = (cloud.v[i] - V).squaredNorm() / c;
   }
   return out;
 }
@@ -57,7 +125,6 @@ KernelSums sums_with(const Cloud& cloud, const SampleGrid<D>& grid, const K& ker
   KernelSums sums;
   sums.points = make_stencils(
       grid, cloud.size(), place_points(grid, kernel, [&](std::size_t p) { return cloud.x[p]; }));
-  sums.fluctuation = two_step_fluctuation(cloud, grid, kernel);
   if (!cloud.has_contacts) return sums;
   const auto& contacts = cloud.contacts;
   // Along the branches: f (x) b, n (x) n, 1. At the contact points: wall force, power.

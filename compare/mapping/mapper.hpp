@@ -2,71 +2,10 @@
 // (coarse_grain.cpp.in).
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <limits>
-
+#include "compare/mapping/affine_fit.hpp"
 #include "compare/mapping/field_maps.hpp"
-#include "compare/mapping/stencil.hpp"
 
 namespace grainpair {
-
-/// Weighted affine fit u ~ U + G (x - xbar) of a vector carried by points about one cell, and what
-/// it leaves over.
-template <int D>
-struct AffineFit {
-  using Point = Eigen::Matrix<double, D, 1>;
-  Vec3 mean = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());  // U
-  Eigen::Matrix<double, 3, D> gradient =
-      Eigen::Matrix<double, 3, D>::Constant(std::numeric_limits<double>::quiet_NaN());  // G
-  double variance =
-      std::numeric_limits<double>::quiet_NaN();  // weighted mean square of the residual, unbiased;
-                                                 // sum over the three components
-};
-
-/// What a fit about one cell is made from, one row per point: weight, position relative to the
-/// cell, and the vector that is fitted. Columns are contiguous, so that sums over the points run in
-/// vectors.
-template <int D>
-struct Samples {
-  Eigen::ArrayXd w;
-  Eigen::Matrix<double, Eigen::Dynamic, D> x;
-  Eigen::Matrix<double, Eigen::Dynamic, 3> v;
-};
-
-/// For independent fluctuations of variance s2 per component the weighted residual sum of squares
-/// has the mean
-///   s2 (S - tr(A^-1 B)),   S = sum w,  A = sum w X X^T,  B = sum w^2 X X^T,  X = (1, x - xbar),
-/// so dividing by S - tr(A^-1 B) instead of S removes the self-inclusion bias, and the fit removes
-/// the velocity gradient's w^2 G:G. Where the points do not span D directions no fit exists and the
-/// result stays NaN.
-template <int D>
-AffineFit<D> affine_fit(const Samples<D>& samples) {
-  const auto& w = samples.w;
-  AffineFit<D> fit;
-  const double S = w.sum();
-  if (!(S > 0.0)) return fit;
-  const Eigen::Matrix<double, 1, D> xbar = w.matrix().transpose().lazyProduct(samples.x) / S;
-  const Eigen::RowVector3d U = w.matrix().transpose().lazyProduct(samples.v) / S;
-  fit.mean = U;
-
-  const Eigen::Matrix<double, Eigen::Dynamic, D> X = samples.x.rowwise() - xbar,
-                                                 wX = X.array().colwise() * w;
-  Eigen::Matrix<double, Eigen::Dynamic, 3> u = samples.v.rowwise() - U;
-  const Eigen::Matrix<double, D, D> A = wX.transpose().lazyProduct(X),
-                                    B = wX.transpose().lazyProduct(wX);
-  const Eigen::Matrix<double, D, 3> K = wX.transpose().lazyProduct(u);
-  const Eigen::LLT<Eigen::Matrix<double, D, D>> factors(A);
-  const auto pivots = factors.matrixLLT().diagonal().array().square();
-  if (factors.info() != Eigen::Success || !(pivots.minCoeff() > 1e-6 * A.trace())) return fit;
-  const Eigen::Matrix<double, D, 3> G = factors.solve(K);
-  fit.gradient = G.transpose();
-
-  const double freedom = S - w.square().sum() / S - factors.solve(B).trace();
-  if (freedom < 0.05 * S) return fit;  // fewer independent points than the fit has constants
-  u -= X.lazyProduct(G);
-  fit.variance = (w * u.rowwise().squaredNorm().array()).sum() / freedom;
-  return fit;
-}
 
 template <int D>
 class Mapper : private FieldMaps {
@@ -74,10 +13,10 @@ class Mapper : private FieldMaps {
   Mapper(const Cloud& cloud, const SampleGrid<D>& grid, const Grain& grain)
       : FieldMaps(cloud, grain, grid.size()), grid_(grid) {}
 
-  Fields run(const KernelSums& sums) {
+  Fields run(const KernelSums& sums, const std::vector<double>& fluctuation) {
     const Stencils& points = sums.points;
     map_mass_and_motion(points);
-    map_two_step(points, sums.fluctuation);
+    map_two_step(points, fluctuation);
     if (!cloud_.spin.empty()) map_rotation(points);
     if (cloud_.has_contacts) map_contacts(sums);
     if (!cloud_.stress.empty()) map_state(points);
@@ -86,59 +25,25 @@ class Mapper : private FieldMaps {
   }
 
  private:
-  using Point = typename SampleGrid<D>::Point;
-
-  /// The points about cell k with their `inertia` times weight and their `motion`; valid until the
-  /// thread asks again.
-  const Samples<D>& samples(const Stencils& points, std::size_t k,
-                            const std::vector<double>& inertia,
-                            const std::vector<Vec3>& motion) const {
-    thread_local Samples<D> out;
-    Point r;
-    for (std::size_t a = 0, rest = k; a < D; ++a) {
-      const auto n = static_cast<std::size_t>(grid_.cells[a]);
-      r[a] = grid_.centre(static_cast<int>(a), static_cast<int>(rest % n));
-      rest /= n;
-    }
-    const auto row = points.of_cell(k);
-    const auto count = static_cast<Eigen::Index>(row.size());
-    out.w.resize(count), out.x.resize(count, D), out.v.resize(count, 3);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Weight& e = row[static_cast<std::size_t>(i)];
-      out.w[i] = inertia[e.item] * e.value;
-      const Point x = grid_.project(cloud_.x[e.item]) - r;
-      for (int a = 0; a < D; ++a)
-        out.x(i, a) =
-            x[a] - e.image[static_cast<std::size_t>(a)] * grid_.cells[a] * grid_.spacing[a];
-      for (int a = 0; a < 3; ++a) out.v(i, a) = motion[e.item][a];
-    }
-    return out;
-  }
-
   void map_mass_and_motion(const Stencils& points) {
-    double* phi_s = out_.add("solid_fraction", "-", 1, "volume of solid per volume, sum V phi");
-    double* e = out_.add("void_ratio", "-", 1, "(1 - solid_fraction) / solid_fraction");
-    density_ = out_.add("density", "kg/m3", 1, "mass per volume, sum m phi");
-    double* momentum = out_.add("momentum", "kg/(m2 s)", 3, "momentum per volume, sum m v phi");
-    double* velocity = out_.add("velocity", "m/s", 3, "momentum / density");
-    gradient_ = out_.add("velocity_gradient", "1/s", 9,
-                         "dv_i/dx_j of the weighted affine fit; zero across the depth");
-    kinetic_ = out_.add("kinetic_stress", "Pa", 9,
-                        "sum m v' v' phi with v' = v - velocity, compression positive");
-    double* one = out_.add("granular_temperature_one_step", "m2/s2", 1,
-                           "trace of kinetic_stress / (3 density), uncorrected: holds the velocity "
-                           "gradient's w^2 G:G/3");
-    double* T = out_.add(
-        "granular_temperature", "m2/s2", 1,
-        "mean square fluctuation per component about the affine fit, corrected for self-inclusion");
-    double* number = out_.add("effective_number", "-", 1,
-                              "(sum m phi)^2 / sum (m phi)^2: points an average rests on");
+    double* phi_s = out_.add("solid_fraction");
+    double* e = out_.add("void_ratio");
+    density_ = out_.add("density");
+    double* momentum = out_.add("momentum");
+    double* velocity = out_.add("velocity");
+    gradient_ = out_.add("velocity_gradient");
+    kinetic_ = out_.add("kinetic_stress");
+    double* one = out_.add("granular_temperature_one_step");
+    double* T = out_.add("granular_temperature");
+    const bool several = cloud_.of_several_masses();
+    double* T_number = several ? out_.add("granular_temperature_per_grain") : nullptr;
+    double* number = out_.add("effective_number");
 
     out_.for_cells([&](std::size_t k) {
       for (const auto& weight : points.of_cell(k))
         phi_s[k] += cloud_.solid_volume[weight.item] * weight.value;
       e[k] = phi_s[k] > 0.0 ? (1.0 - phi_s[k]) / phi_s[k] : nan;
-      const auto& near = samples(points, k, cloud_.mass, cloud_.v);
+      const auto& near = gather(grid_, cloud_, points, k, cloud_.mass, cloud_.v, several);
       const double rho = near.w.sum(), rho2 = near.w.square().sum();
       const Vec3 rho_v = near.w.matrix().transpose().lazyProduct(near.v).transpose();
       density_[k] = rho;
@@ -155,18 +60,20 @@ class Mapper : private FieldMaps {
 
       const auto fit = affine_fit<D>(near);
       T[k] = fit.variance / 3.0;
+      if (T_number)
+        T_number[k] = fit.freedom_by_number > 0.0
+                          ? fit.residual_by_number / (3.0 * fit.freedom_by_number)
+                          : nan;
       Mat3 L = Mat3::Zero();
-      for (int a = 0; a < D; ++a) L.col(SampleGrid<D>::direction(a)) = fit.gradient.col(a);
+      for (int a = 0; a < D; ++a) L.col(grid_.direction(a)) = fit.gradient.col(a);
       put(gradient_, k, L);
     });
   }
 
   void map_rotation(const Stencils& points) {
-    double* T = out_.add(
-        "rotational_temperature", "m2/s2", 1,
-        "sum I |w'|^2 phi / (3 sum m phi), w' about the affine fit, corrected for self-inclusion");
+    double* T = out_.add("rotational_temperature");
     out_.for_cells([&](std::size_t k) {
-      const auto& near = samples(points, k, cloud_.inertia, cloud_.spin);
+      const auto& near = gather(grid_, cloud_, points, k, cloud_.inertia, cloud_.spin);
       const double inertia = near.w.sum();
       const auto fit = affine_fit<D>(near);
       T[k] = density_[k] > 0.0 ? fit.variance * inertia / (3.0 * density_[k]) : nan;
@@ -174,18 +81,12 @@ class Mapper : private FieldMaps {
   }
 
   void map_contacts(const KernelSums& sums) {
-    const auto& [points, fluctuation, along, at] = sums;
-    stress_ = out_.add("contact_stress", "Pa", 9,
-                       "sum f (x) branch psi, psi the exact line integral of the kernel");
-    double* t = out_.add("interaction_force_density", "N/m3", 3,
-                         "sum over wall and glued-grain contacts of f phi");
-    double* F = out_.add("fabric", "-", 9,
-                         "psi-weighted mean of n (x) n over contacts, n the branch's direction");
-    double* Z =
-        out_.add("coordination", "-", 1, "mean number of contacts per grain, walls included");
-    double* power = cloud_.has_dissipation ? out_.add("dissipation_density", "W/m3", 1,
-                                                      "power dissipated at contacts, sum P phi")
-                                           : nullptr;
+    const auto& [points, along, at] = sums;
+    stress_ = out_.add("contact_stress");
+    double* t = out_.add("interaction_force_density");
+    double* F = out_.add("fabric");
+    double* Z = out_.add("coordination");
+    double* power = cloud_.has_dissipation ? out_.add("dissipation_density") : nullptr;
 
     out_.for_cells([&](std::size_t k) {
       put(stress_, k, Mat3(Eigen::Map<const Mat3>(along[k].data())));

@@ -54,6 +54,22 @@ inline Folded fold(int k, int n, Edge low, Edge high) {
   return {high == Edge::mirror ? std::max(2 * n - 1 - k, 0) : -1, 0};
 }
 
+/// Of lattice cell k along grid axis `a`, its index in the part of the grid; -1 outside that.
+template <int D>
+Folded folded(const SampleGrid<D>& grid, int a, int k) {
+  const auto i = static_cast<std::size_t>(a);
+  Folded f = fold(k, grid.cells[i], grid.low_edge[i], grid.high_edge[i]);
+  if (!grid.whole() && a == grid.part.axis) {
+    f.index -= grid.part.first;
+    if (f.index < 0 || f.index >= grid.part.count) f.index = -1;
+  }
+  return f;
+}
+template <int D>
+int lattice(const SampleGrid<D>& grid, int a, double x) {
+  return static_cast<int>(std::floor((x - grid.lower[a]) / grid.spacing[a]));
+}
+
 /// The weight of one item in one cell.
 struct Node {
   std::uint32_t cell;
@@ -65,6 +81,7 @@ struct Node {
 struct Nodes {
   std::vector<Node> list;
   std::vector<double> row;
+  std::vector<Folded> along;  // of the cells of a row
 };
 
 /// Replaces `out` by the weights of one item. `item` has `.low`, `.high`, corners of the box that
@@ -73,17 +90,15 @@ struct Nodes {
 /// centre lies in its support.
 template <int D>
 void weigh(const SampleGrid<D>& grid, const auto& item, Nodes& out) {
-  const auto lattice = [&](int a, double x) {
-    return static_cast<int>(std::floor((x - grid.lower[a]) / grid.spacing[a]));
-  };
-  const auto folded = [&](int a, int k) {
-    return fold(k, grid.cells[a], grid.low_edge[a], grid.high_edge[a]);
-  };
+  const auto lattice = [&](int a, double x) { return stencil_detail::lattice(grid, a, x); };
+  const auto folded = [&](int a, int k) { return stencil_detail::folded(grid, a, k); };
   std::array<int, 3> lo{0, 0, 0}, hi{0, 0, 0};
   for (int a = 0; a < D; ++a) lo[a] = lattice(a, item.low[a]), hi[a] = lattice(a, item.high[a]);
   const int n = (hi[0] - lo[0] + 4) / 4 * 4;  // whole vectors; what lies beyond is zero
   out.row.resize(static_cast<std::size_t>(n));
   out.list.clear();
+  out.along.clear();
+  for (int i = 0; i < n; ++i) out.along.push_back(folded(0, lo[0] + i));
   double sum = 0.0;
   typename SampleGrid<D>::Point r;
   r[0] = grid.centre(0, lo[0]);
@@ -101,10 +116,10 @@ void weigh(const SampleGrid<D>& grid, const auto& item, Nodes& out) {
       if (f1.index < 0 || f2.index < 0) continue;
       int before = 0;
       if constexpr (D > 2) before = f2.index;
-      if constexpr (D > 1) before = before * grid.cells[1] + f1.index;
-      before *= grid.cells[0];
+      if constexpr (D > 1) before = before * grid.count(1) + f1.index;
+      before *= grid.count(0);
       for (int i = first; i < last; ++i) {
-        const Folded f0 = folded(0, lo[0] + i);
+        const Folded f0 = out.along[static_cast<std::size_t>(i)];
         if (f0.index >= 0)
           out.list.push_back({static_cast<std::uint32_t>(before + f0.index),
                               {f0.image, f1.image, f2.image},
@@ -121,7 +136,7 @@ void weigh(const SampleGrid<D>& grid, const auto& item, Nodes& out) {
   for (int a = D - 1; a >= 0; --a) {
     const Folded f = folded(a, lattice(a, item.home[a]));
     if (f.index < 0) return;
-    whole.cell = whole.cell * static_cast<std::uint32_t>(grid.cells[a]) +
+    whole.cell = whole.cell * static_cast<std::uint32_t>(grid.count(a)) +
                  static_cast<std::uint32_t>(f.index);
     whole.image[static_cast<std::size_t>(a)] = f.image;
   }
@@ -167,11 +182,29 @@ struct Loose {
   Weight weight;
 };
 
+/// The items, in their order, whose support reaches the part of the grid.
+template <int D>
+std::vector<std::uint32_t> touching(const SampleGrid<D>& grid, std::size_t items, auto& place) {
+  std::vector<std::uint32_t> out;
+  for (std::uint32_t p = 0; p < items; ++p) {
+    bool reaches = grid.whole();
+    if (!reaches) {
+      const auto item = place(p);
+      const int a = grid.part.axis, last = lattice(grid, a, item.high[a]);
+      for (int k = lattice(grid, a, item.low[a]); k <= last && !reaches; ++k)
+        reaches = folded(grid, a, k).index >= 0;
+    }
+    if (reaches) out.push_back(p);
+  }
+  return out;
+}
+
 }  // namespace stencil_detail
 
 template <int D, class Place>
 Stencils make_stencils(const SampleGrid<D>& grid, std::size_t items, Place place) {
   using stencil_detail::Loose;
+  const auto near = stencil_detail::touching(grid, items, place);
   std::vector<std::vector<Loose>> found(static_cast<std::size_t>(omp_get_max_threads()));
 #pragma omp parallel
   {
@@ -180,12 +213,12 @@ Stencils make_stencils(const SampleGrid<D>& grid, std::size_t items, Place place
     const auto t = static_cast<std::size_t>(omp_get_thread_num());
     auto& mine = found[t];
     stencil_detail::Nodes nodes;
-    const std::size_t begin = items * t / threads, end = items * (t + 1) / threads, sample = 256;
-    for (std::size_t p = begin; p < end; ++p) {
-      if (p == begin + sample) mine.reserve(mine.size() * (end - begin) / sample * 11 / 10);
-      stencil_detail::weigh(grid, place(p), nodes);
-      for (const auto& n : nodes.list)
-        mine.push_back({n.cell, {static_cast<std::uint32_t>(p), n.image, n.value}});
+    const std::size_t begin = near.size() * t / threads, end = near.size() * (t + 1) / threads,
+                      sample = 256;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i == begin + sample) mine.reserve(mine.size() * (end - begin) / sample * 11 / 10);
+      stencil_detail::weigh(grid, place(near[i]), nodes);
+      for (const auto& n : nodes.list) mine.push_back({n.cell, {near[i], n.image, n.value}});
     }
   }
 
@@ -210,14 +243,15 @@ std::vector<Eigen::Matrix<double, N, 1>> scatter(const SampleGrid<D>& grid, std:
                                                  Place place, auto properties) {
   using Sums = std::vector<Eigen::Matrix<double, N, 1>>;
   constexpr std::size_t shares = 4;
+  const auto near = stencil_detail::touching(grid, items, place);
   std::array<Sums, shares> partial;
 #pragma omp parallel for schedule(static, 1)
   for (std::size_t t = 0; t < shares; ++t) {
     partial[t].assign(grid.size(), Eigen::Matrix<double, N, 1>::Zero());
     stencil_detail::Nodes nodes;
-    for (std::size_t p = items * t / shares; p < items * (t + 1) / shares; ++p) {
-      stencil_detail::weigh(grid, place(p), nodes);
-      const Eigen::Matrix<double, N, 1> q = properties(p);
+    for (std::size_t i = near.size() * t / shares; i < near.size() * (t + 1) / shares; ++i) {
+      stencil_detail::weigh(grid, place(near[i]), nodes);
+      const Eigen::Matrix<double, N, 1> q = properties(near[i]);
       for (const auto& n : nodes.list) partial[t][n.cell] += n.value * q;
     }
   }

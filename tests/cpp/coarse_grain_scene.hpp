@@ -19,7 +19,7 @@ template <int D>
 SampleGrid<D> box(const Vec3& lower, const Vec3& upper, double h, Edge edge, double depth = 1.0) {
   SampleGrid<D> g;
   for (int a = 0; a < D; ++a) {
-    const int i = SampleGrid<D>::direction(a);
+    const int i = g.direction(a);
     g.cells[a] = std::max(1, static_cast<int>(std::lround((upper[i] - lower[i]) / h)));
     g.lower[a] = lower[i], g.spacing[a] = (upper[i] - lower[i]) / g.cells[a];
     g.low_edge[a] = g.high_edge[a] = edge;

@@ -297,7 +297,7 @@ TEST(CoarseGrain, CuttingAtAPlaneSplitsMassAndStressExactly) {
   Cloud c = gas(500, Vec3::Zero(), {0.04, 0.04, 0.01}, 0.01, Vec3::Zero(), 11);
   const Cloud pairs = two_grains({0.019, 0.02, 0.0}, {0.0205, 0.021, 0.0}, {-1.0, 0.4, 0.1});
   c.contacts = pairs.contacts, c.has_contacts = true, c.contact_number.assign(c.size(), 0.0);
-  const Cloud left = cut(c, 0, 0.0, 0.02), right = cut(c, 0, 0.02, 0.04);
+  const Cloud left = cut(c, {0, 0.0, 0.02}), right = cut(c, {0, 0.02, 0.04});
   EXPECT_EQ(left.size() + right.size(), c.size());
   Mat3 sum = Mat3::Zero();
   for (const Cloud* part : {&left, &right})

@@ -1,0 +1,118 @@
+"""Files of grains or points to be mapped: what they tell of themselves, and what they lack."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from cases.case import parse
+from cases.errors import CaseError
+from cases.reading import opened
+
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Source:
+    """One file. `gravity` (3,) [m/s2], NaN where it is not told; `time` of frames [s], NaN where
+    it is not told; `missing`: what it lacks, and what can therefore not be mapped.
+    """
+
+    path: Path
+    engine: str
+    title: str
+    gravity: np.ndarray
+    time: np.ndarray
+    notes: list[str]
+    missing: list[tuple[str, str]]
+
+    @property
+    def name(self) -> str:
+        return self.path.stem
+
+    def label(self, frame: int) -> str:
+        """Of a frame, by its time where that is told."""
+        return f"frame {frame}" if np.isnan(self.time[frame]) else f"t = {self.time[frame]:.4g} s"
+
+
+def read(path: Path) -> Source:
+    """Raises CaseError where the file is none of grains or points."""
+    try:
+        with opened(path) as f:
+            steps = sorted(f["data"], key=int)
+            if not steps:
+                raise CaseError(f"{path}: no frames")
+            engine = text(f.attrs["engine"])
+            time = np.array([float(f[f"data/{step}"].attrs.get("time", np.nan)) for step in steps])
+            told = text(f.attrs.get("notes", "none"))
+            notes = [] if told == "none" else told.splitlines()
+            frames = [f[f"data/{step}"] for step in steps]
+            return Source(
+                path,
+                engine,
+                text(f.attrs.get("engine_version", engine)),
+                gravity(f, path),
+                time,
+                notes,
+                missing(engine, frames, time),
+            )
+    except (KeyError, ValueError, TypeError, AttributeError, OSError) as error:
+        why = " ".join(str(error).split())
+        raise CaseError(f"{path}: no file of grains or points ({why})") from error
+
+
+def text(value) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def gravity(f: h5py.File, path: Path) -> np.ndarray:
+    if "gravity" in f.attrs:
+        return np.asarray(f.attrs["gravity"], dtype=float).reshape(3)
+    if "case_resolved" in f.attrs:
+        case = parse(text(f.attrs["case_resolved"]), path)
+        return np.array([0.0, -case["geometry.gravity"], 0.0])
+    return np.full(3, np.nan)
+
+
+def missing(engine: str, frames: list, time: np.ndarray) -> list[tuple[str, str]]:
+    """(what cannot be told, why)."""
+    clouds = [frame["particles/cloud"] for frame in frames]
+    out = []
+    if engine == "dem":
+        bare = sum("contacts" not in frame for frame in frames)
+        if bare:
+            which = "no contacts" if bare == len(frames) else f"no contacts in {bare} frames"
+            out.append(
+                (
+                    "contact stress, pressure, stress ratio, inertial number, fabric, coordination",
+                    which,
+                )
+            )
+        else:
+            with_walls = [frame for frame in frames if walls_told(frame)]
+            if not with_walls:
+                out.append(("the force of walls (interaction-force density)", "no wall contacts"))
+            if all("dissipation" not in frame["contacts"] for frame in frames):
+                out.append(("dissipation density", "contacts without a power"))
+        if any("angular_velocity" not in cloud for cloud in clouds):
+            out.append(("rotational temperature", "no angular velocity"))
+    elif any("stress" not in cloud for cloud in clouds):
+        out.append(("stress, pressure, stress ratio, inertial number", "points without a stress"))
+    if len(frames) == 1:
+        out.append(("rates of change, averages over time", "one frame"))
+    if np.isnan(time).any():
+        out.append(("times of the frames", "not told in the file"))
+    return out
+
+
+def walls_told(frame: h5py.Group) -> bool:
+    """Whether any contact of the frame is with a wall or a glued grain."""
+    second = frame["contacts/second"][:]
+    if (second < 0).any():
+        return True
+    cloud = frame["particles/cloud"]
+    if "kind" not in cloud:
+        return False
+    glued = cloud["id"][:][cloud["kind"][:] == 3]
+    return bool(np.isin(second, glued).any() or np.isin(frame["contacts/first"][:], glued).any())
