@@ -11,7 +11,7 @@ import numpy as np
 
 from cases import case
 from cases.errors import CaseError
-from cases.reading import opened
+from cases.reading import attributes, opened
 from compare.importing import axes, points_file
 from compare.importing import options as importing
 from compare.importing.pipeline import convert
@@ -83,7 +83,7 @@ def points(options, scene: case.Case | None) -> int:
 def summary(path: Path) -> list[str]:
     """What a file of grains holds, line by line."""
     with opened(path) as file:
-        told, frames = file.attrs, sorted(file["data"], key=int)
+        told, frames = attributes(file), sorted(file["data"], key=int)
         first = file["data"][frames[0]]
         kind = first["particles/cloud/kind"][:]
         times = [file["data"][step].attrs["time"] for step in (frames[0], frames[-1])]

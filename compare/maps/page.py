@@ -9,7 +9,7 @@ import pandas as pd
 from cases import provenance
 from cases.files import write_table
 from cases.programs import program
-from cases.reading import opened
+from cases.reading import attributes, opened
 from cases.stages import Stage, run_stages
 from compare.maps import charts, profiles
 from compare.maps.source import Source
@@ -185,7 +185,7 @@ def lacking(sources: list[Source], fields: Path) -> pd.DataFrame:
 def noted(sources: list[Source], fields: Path) -> pd.DataFrame:
     rows = [(source.name, note) for source in sources for note in source.notes]
     with opened(fields) as f:
-        told = f.attrs["notes"]
+        told = attributes(f)["notes"]
         if told != "none":
             rows += [("the grid", note) for note in told.split("; ") if note]
     return pd.DataFrame(rows, columns=["of", "note"])

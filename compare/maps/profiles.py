@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from cases.reading import opened
+from cases.reading import attributes, opened
 from compare.mapping.runs import map_fields
 from compare.maps.source import AXES, Source
 
@@ -61,11 +61,12 @@ def mapped(sources: list[Source], path: Path, along: str, *words) -> dict[str, l
 def read(path: Path, name: str, along: str) -> list[Profile]:
     with opened(path) as f:
         axis = f[f"grid/{along}"]
-        folded = tuple(axis.attrs[f"{end}_edge"] == "mirror" for end in ("low", "high"))
+        edges = attributes(axis)
+        folded = tuple(edges[f"{end}_edge"] == "mirror" for end in ("low", "high"))
         values = {field: data[:] for field, data in f[name].items() if "doc" in data.attrs}
         frames = len(f[name]["density"])
         places = [axis[:]] * frames
-        if "box_lower" in f[name] and axis.attrs["low_edge"] == "periodic":
+        if "box_lower" in f[name] and edges["low_edge"] == "periodic":
             i, shares = AXES.index(along), (np.arange(len(axis)) + 0.5) / len(axis)
             low, high = f[name]["box_lower"][:, i], f[name]["box_upper"][:, i]
             places = [a + shares * (b - a) for a, b in zip(low, high)]
