@@ -1,5 +1,6 @@
 """Frames from tables: a line of headings, then rows apart by commas, semicolons, tabs or blanks."""
 
+import codecs
 import csv
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -62,7 +63,8 @@ def are_headings(texts: list[str], columns: str | None = None) -> bool:
 
 def recognises(path: Path, head: bytes) -> bool:
     """Whether the first bytes hold headings that name a position."""
-    if b"\0" in head or any(head.lstrip().startswith(one) for one in OTHERS):
+    start = head.removeprefix(codecs.BOM_UTF8).lstrip()
+    if b"\0" in head or any(start.startswith(one) for one in OTHERS):
         return False
     return any(are_headings(texts_of(line)[0]) for line in head.splitlines()[:SEARCHED])
 

@@ -13,7 +13,7 @@ from compare import __main__ as cli
 from compare.mapping.runs import map_fields
 from compare.verdict import comparison, conclusion, controls
 from compare.report import report
-from cases.errors import CaseError, EngineError
+from cases.errors import CaseError
 
 
 @pytest.fixture(scope="module")
@@ -213,7 +213,7 @@ def test_a_folder_without_runs_is_refused(tmp_path):
 def test_a_broken_file_is_refused_and_leaves_nothing(tmp_path):
     folder = write_pair(tmp_path, mpm={"frames": 2}, dem={"frames": 2})
     (folder / "dem.h5").write_bytes(b"not HDF5")
-    with pytest.raises(EngineError, match="dem.h5"):
+    with pytest.raises(CaseError, match="dem.h5"):
         report.compare(folder)
     assert {p.name for p in folder.iterdir()} == {"mpm.h5", "dem.h5"}
 
@@ -222,6 +222,6 @@ def test_a_point_that_escaped_is_refused(tmp_path):
     folder = write_pair(tmp_path, mpm={"frames": 2}, dem={"frames": 2})
     with h5py.File(folder / "mpm.h5", "a") as f:
         f["data/100/particles/cloud/position/x"][0] = 1e9
-    with pytest.raises(EngineError, match="a point has escaped"):
+    with pytest.raises(CaseError, match="a point has escaped"):
         map_fields([folder / "mpm.h5"], folder / "fields.h5")
     assert not (folder / "fields.h5").exists()

@@ -9,11 +9,13 @@ import pytest
 from grains_file import DENSITY, SCENE, D, G, column, write_grains
 from synthetic import write_run
 
+from cases import reading
 from cases.errors import CaseError
+from cases.programs import ROOT
 from compare.__main__ import main
 from compare.mapping.runs import map_fields
 
-SHARED = Path("/work/shared/inputs/lammps_box")
+SHARED = ROOT.parent / "shared" / "inputs" / "lammps_box"
 
 
 def fields(path, *options, name=None):
@@ -23,7 +25,7 @@ def fields(path, *options, name=None):
     with h5py.File(out) as f:
         found = {key: data[:] for key, data in f[name or path.stem].items()}
         grid = {key: data[:] for key, data in f["grid"].items()}
-        attributes = dict(f.attrs) | dict(f["grid"].attrs)
+        attributes = reading.attributes(f) | reading.attributes(f["grid"])
     return found, grid, attributes
 
 
