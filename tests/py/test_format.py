@@ -75,12 +75,10 @@ def test_it_is_exported(write, tmp_path):
     assert len(list((tmp_path / "vtk" / "grains").glob("*.vtu"))) == 3
 
 
-@pytest.mark.skipif(
-    not (ROOT / "compare" / "commands" / "map.py").exists(), reason="the command map is not there"
-)
 def test_without_a_case_it_is_mapped(write, tmp_path):
     write(tmp_path / "grains.h5", frames())
-    assert cli.main(["map", str(tmp_path / "grains.h5")]) == 0
+    assert cli.main(["map", str(tmp_path / "grains.h5"), "--out", str(tmp_path / "map")]) == 0
+    assert (tmp_path / "map" / "map.html").exists()
 
 
 @pytest.mark.parametrize("both", [False, True])
