@@ -1,0 +1,352 @@
+"""RESULTS.md: what the studies found, drawn from the tables in cases/*/reference and nothing else.
+
+    python3 -m compare.study.results [--check]
+
+With --check nothing is written; the exit code says whether the page is that of the tables.
+"""
+
+import json
+import math
+import re
+import sys
+from pathlib import Path
+
+import jinja2
+import pandas as pd
+
+from cases import case, command_line
+from cases.errors import CaseError, exit_code
+from cases.files import write_atomically
+from cases.programs import ROOT
+from compare.study import frontier
+from compare.study.distance import WORDS
+
+PAGE = ROOT / "RESULTS.md"
+LAWS = {
+    "drucker_prager": "Drucker–Prager",
+    "mu_i": "μ(I)",
+    "lade_duncan": "Lade–Duncan",
+    "critical_state": "critical state",
+    "solid_fluid": "full model",
+    "contact_share": "contact share",
+}
+MARKS = dict.fromkeys(("agree", "within margin"), "") | {
+    "differ": " **differs**",
+    "outside margin": " **outside**",
+}
+ERRORS = ("run_out", "deposit", "kinetic", "dissipation", "temperature")
+
+
+def read(path: Path) -> pd.DataFrame:
+    return pd.read_csv(path, comment="#")
+
+
+def origin(path: Path) -> str:
+    """Where a table comes from: a line of its path, command, commit and date, as its head says."""
+    head = " ".join(
+        line[2:].strip() for line in path.read_text().splitlines() if line.startswith("# ")
+    )
+
+    def told(word: str) -> str:
+        return head.split(f"{word}: ", 1)[1].split()[0].rstrip(";,") if f"{word}: " in head else "?"
+
+    return f"`{path.relative_to(ROOT)}`, commit {told('commit')}, {told('date')}"
+
+
+def markdown(head: list[str], rows: list[list[str]]) -> str:
+    return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
+
+
+def per_cent(value: float, digits: int = 1) -> str:
+    return "–" if math.isnan(value) else f"{100.0 * value:.{digits}f} %"
+
+
+def times(price: float, grains: float) -> str:
+    factor = grains / price if price else math.nan
+    return "–" if math.isnan(factor) else f"{factor:.2g}" if factor < 10 else f"{factor:.0f}"
+
+
+def law_of(row) -> str:
+    return LAWS.get(row["law"], row["law"]) + (
+        f", `{row['card']}`" if row["law"] in ("solid_fluid", "contact_share") else ""
+    )
+
+
+def frontier_of(name: str) -> dict:
+    """Of a case: the cheapest recipe at each level, and every law on the case's own cells."""
+    folder = ROOT / "cases" / name / "reference"
+    points = read(folder / "frontier" / "points.csv")
+    reference = json.loads((folder / "grains.json").read_text())
+    grains = frontier.grain_cost(reference)
+    size = float(case.load(ROOT / "cases" / name)["mpm.cell_size"])
+    told = [one for one in ERRORS if not math.isnan(frontier.band(reference, one))]
+    bands = [
+        f"{per_cent(frontier.band(reference, one))} in {one.replace('_', '-')}" for one in told
+    ]
+    return {
+        "name": name,
+        "origin": origin(folder / "frontier" / "points.csv"),
+        "levels": levels(points, grains),
+        "laws": laws(points, grains, size),
+        "size": 1000.0 * size,
+        "grains": f"{grains:.2g}",
+        "seeds": len(reference["members"]),
+        "scatter": ", ".join(bands),
+        "runs": int((~points["fine"]).sum()),
+        "failed": int((points["status"] != "ok").sum()),
+    }
+
+
+def levels(points: pd.DataFrame, grains: float) -> str:
+    """The cheapest recipe whose error is within each level, for each error."""
+    metrics = [one for one in ERRORS if points[f"error_{one}"].notna().any()]
+
+    def cheapest(level: float, metric: str) -> str:
+        found = frontier.best(points, metric, level)
+        if found is None:
+            return "the grains alone"
+        error = per_cent(found[f"error_{metric}"])
+        return f"{found['label']} ({error}): {times(found['cost'], grains)} ×"
+
+    rows = [
+        [per_cent(level, 0), *(cheapest(level, one) for one in metrics)]
+        for level in frontier.LEVELS
+    ]
+    return markdown(["within", *(WORDS[one] for one in metrics)], rows)
+
+
+def laws(points: pd.DataFrame, grains: float, size: float) -> str:
+    """Every law and card on cells of `size` [m], nothing else changed."""
+    chosen = points[
+        points["series"].str.contains("cell size")
+        & (points["status"] == "ok")
+        & (points["engine"] == "mpm")
+        & ~points["fine"]
+        & ((points["cell_size"] - size).abs() < 1e-9)
+    ]
+    rows = [
+        [
+            law_of(row),
+            *(per_cent(row[f"error_{one}"]) for one in ERRORS),
+            per_cent(row["numerical_deposit"]),
+            times(row["cost"], grains),
+        ]
+        for _, row in chosen.iterrows()
+    ]
+    names = [one.replace("_", "-") for one in ERRORS]
+    return markdown(["law", *names, "numerical", "× cheaper"], rows)
+
+
+def ladders(names: list[str]) -> str:
+    """What was enough in each scene."""
+    rows = []
+    for name in names:
+        folder = ROOT / "cases" / name / "reference"
+        rungs = read(folder / "ladder" / "ladder.csv")
+        grains = frontier.grain_cost(json.loads((folder / "grains.json").read_text()))
+        head = (folder / "ladder" / "ladder.csv").read_text()
+        tolerance = float(re.search(r"; tolerance ([\d.]+)\.", head)[1])  # type: ignore[index]
+        enough = rungs[rungs["enough"]]
+        told = rungs[rungs["error"].notna()]
+        nearest = told.loc[told["error"].idxmin()]
+        found = enough.iloc[0] if len(enough) else nearest
+        rows.append(
+            [
+                f"`{name}`, {per_cent(tolerance, 0)}",
+                (found["rung"] if len(enough) else f"nothing; nearest {found['rung']}"),
+                f"{per_cent(found['error'])} ± {per_cent(found['half_width'])}",
+                times(found["cost"], grains),
+                str(len(rungs)),
+            ]
+        )
+    return markdown(["scene, deposit within", "enough", "error", "× cheaper", "rungs tried"], rows)
+
+
+def atlas(name: str) -> str:
+    """How far each plane is stable, beside the claimed limit."""
+    rows = []
+    table = read(ROOT / "cases" / name / "reference" / "atlas" / "boundaries.csv")
+    for plane, runs in table.groupby("plane", sort=False):
+        each = runs.drop_duplicates("across_value")
+        low, high = each["stable_to"].min(), each["stable_to"].max()
+        fails = sorted(set(runs["status"]) - {"ok"})
+        rows.append(
+            [
+                str(plane),
+                runs["across"].iloc[0].split(".")[-1].replace("_", " ")
+                + f" {each['across_value'].min():g}–{each['across_value'].max():g}",
+                "unstable throughout" if math.isnan(high) else f"{low:.2g}–{high:.2g}",
+                f"{each['times_limit'].min():.2g}",
+                f"{each['times_default'].min():.2g}",
+                ", ".join(fails) or "no failure found",
+            ]
+        )
+    head = ["method", "across", "stable to", "× claimed limit", "× default", "beyond it"]
+    return markdown(head, rows)
+
+
+def failures(name: str) -> str:
+    table = read(ROOT / "cases" / name / "reference" / "atlas" / "failures.csv")
+    return markdown(
+        ["failure", "what the solver says", "shown", "absent at the defaults"],
+        [
+            [
+                row["failure"],
+                row["expected"],
+                "yes" if row["reproduced"] else "no",
+                "yes" if row["absent_at_defaults"] else "no",
+            ]
+            for _, row in table.iterrows()
+        ],
+    )
+
+
+def convergence(name: str, figures: tuple[str, ...]) -> str:
+    """Change of each figure for each change of the numerics, with its limit's verdict."""
+    table = read(ROOT / "cases" / name / "reference" / "convergence.csv")
+    figures = tuple(one for one in figures if (table["figure"] == one).any())
+    rows = []
+    for (group, setting), found in table.groupby(["group", "setting"], sort=False):
+        by = found.set_index("figure")
+
+        def cell(figure: str) -> str:
+            one = by.loc[figure]
+            if setting == "as it is" or math.isnan(one["change"]):
+                return f"{one['mean']:.3f}"
+            mark = MARKS.get(one["verdict"], " unresolved")
+            return f"{100.0 * one['change']:+.1f} %{mark}"
+
+        start = f"**{group}**" if setting == "as it is" else str(setting)
+        steps = f"{by.loc['steps', 'mean']:.0f}"
+        rows.append(
+            [start, *(cell(one) for one in figures), per_cent(by.loc["loss", "mean"]), steps]
+        )
+    return markdown(["", *(one.replace("_", " ") for one in figures), "lost", "steps"], rows)
+
+
+def verdicts(names: list[str]) -> list[dict]:
+    out = []
+    for name in names:
+        path = ROOT / "cases" / name / "reference" / "verdicts.csv"
+        table = read(path)
+        rows = [
+            [
+                f"`{row['metric']}` [{row['unit']}]",
+                f"{row['continuum']:.3f}"
+                + (
+                    ""
+                    if math.isnan(row["numerical_uncertainty"])
+                    else f" ± {row['numerical_uncertainty']:.3f}"
+                ),
+                "–"
+                if math.isnan(row["grains"])
+                else f"{row['grains']:.3f} ± {row['grains_deviation']:.3f}",
+                f"{row['difference']:+.3f} ± {row['half_width']:.3f}",
+                f"{row['margin']:.3f}",
+                row["verdict"],
+            ]
+            for _, row in table.iterrows()
+        ]
+        head = [
+            "figure",
+            "continuum ± numerics",
+            "grains ± packings",
+            "difference",
+            "margin",
+            "verdict",
+        ]
+        out.append({"name": name, "origin": origin(path), "table": markdown(head, rows)})
+    return out
+
+
+def outcome(name: str) -> str:
+    """Bias of each law in the grains' flow beside what its collapse is off by."""
+    table = read(ROOT / "cases" / name / "reference" / "judge" / "outcome.csv")
+    figures = ("run_out_95", "final_height", "centre_of_mass_x")
+    errors = ("deposit", "kinetic", "dissipation", "temperature")
+    rows = [
+        [
+            f"`{row['scene']}`",
+            row["law"].replace("_", " "),
+            f"{100.0 * row['bias']:+.0f} %",
+            *(f"{100.0 * row[one]:+.1f} %" for one in figures),
+            *(per_cent(row[f"error_{one}"]) for one in errors),
+        ]
+        for _, row in table.iterrows()
+    ]
+    names = ["run-out", "height", "centre of mass", *errors]
+    return markdown(["scene", "law", "bias of μ_D", *names], rows)
+
+
+def statements(name: str) -> str:
+    table = read(ROOT / "cases" / name / "reference" / "statements.csv")
+    return markdown(
+        ["statement of the seed", "measured", "bound", "verdict"],
+        [
+            [
+                row["statement"].replace("_", " "),
+                f"{row['figure']:.3g} {row['unit']}",
+                row["bound"],
+                row["verdict"],
+            ]
+            for _, row in table.iterrows()
+        ],
+    )
+
+
+def page() -> str:
+    """The whole page."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    reference = {
+        name: ROOT / "cases" / name / "reference"
+        for name in ("column", "column_small", "column_ci", "column_full")
+    }
+    return environment.get_template("results.md.j2").render(
+        frontiers=[frontier_of("column_small"), frontier_of("column")],
+        ladders=ladders(["column_shallow", "column", "column_small", "column_tall"]),
+        atlas=atlas("column_ci"),
+        atlas_origin=origin(reference["column_ci"] / "atlas" / "boundaries.csv"),
+        failures=failures("column_ci"),
+        convergence={
+            "column": convergence("column", ("run_out_95", "centre", "height", "peak")),
+            "column_small": convergence("column_small", ("run_out_95", "centre", "height", "peak")),
+        },
+        convergence_origin={
+            name: origin(reference[name] / "convergence.csv") for name in ("column", "column_small")
+        },
+        verdicts=verdicts(["column_small", "column", "column_ci"]),
+        outcome=outcome("column_small"),
+        outcome_origin=origin(reference["column_small"] / "judge" / "outcome.csv"),
+        statements=statements("column_full"),
+        statements_origin=origin(reference["column_full"] / "statements.csv"),
+    )
+
+
+def main() -> int:
+    parser = command_line.Parser(
+        prog="compare.study.results", description=(__doc__ or "").splitlines()[0]
+    )
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; say whether it is up to date"
+    )
+    options = parser.parse_args()
+    text = page()
+    if options.check:
+        if PAGE.read_text() != text:
+            raise CaseError(
+                f"{PAGE.name}: not what the tables say. Write it anew: "
+                "python3 -m compare.study.results"
+            )
+        return 0
+    write_atomically(PAGE, text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(exit_code(main))
