@@ -313,7 +313,6 @@ def test_the_ladder_of_the_smallest_column_stops_on_a_cheap_rung(tmp_path):
     assert (
         rungs["enough"].sum() == 1
         and rungs["enough"].idxmax() < 4
-        # four cells take less time than some processors' clocks tell
         and ("times cheaper" in result.stdout or "too short a run" in result.stdout)
     )
 
