@@ -35,35 +35,25 @@ def times_cheaper() -> float:
     return cheapest_deposit()[1]
 
 
-def frontier_of(name: str) -> tuple[pd.DataFrame, float]:
-    """The points of a case's frontier, as committed, and what its grains cost [s per sqrt(H/g)]."""
-    folder = ROOT / "cases" / name / "reference"
-    points = pd.read_csv(folder / "frontier" / "points.csv", comment="#")
-    reference = json.loads((folder / "grains.json").read_text())
-    return points, frontier.grain_cost(reference)
-
-
 def small_deposit_5() -> float:
     """Grains over the cheapest recipe whose deposit is within 5 %, in cost. [-]"""
-    points, grains = frontier_of("column_small")
+    points, reference = frontier.committed("column_small")
     found = frontier.best(points, "deposit", 0.05)
     assert found is not None
-    return grains / float(found["cost"])
+    return frontier.grain_cost(reference) / float(found["cost"])
 
 
 def on_the_cases_cells(name: str, law: str, card: str) -> pd.Series:
     """The point of a law and card on a case's own cells, nothing else changed."""
-    points, _ = frontier_of(name)
-    size = case.load(ROOT / "cases" / name)["mpm.cell_size"]
-    ours = (points["law"] == law) & (points["card"] == card) & ~points["fine"]
-    ours &= points["series"].str.contains("cell size") & ((points["cell_size"] - size).abs() < 1e-9)
-    return points[ours].iloc[0]
+    points, _ = frontier.committed(name)
+    found = frontier.on_cells(points, case.load(ROOT / "cases" / name)["mpm.cell_size"])
+    return found[(found["law"] == law) & (found["card"] == card)].iloc[0]
 
 
 def seed_column_cost() -> float:
     """Grains over the full model with dem_mu05, in cost. [-]"""
     point = on_the_cases_cells("column", "solid_fluid", "dem_mu05")
-    return frontier_of("column")[1] / float(point["cost"])
+    return frontier.grain_cost(frontier.committed("column")[1]) / float(point["cost"])
 
 
 def seed_column_contact_share() -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from cases.errors import CaseError
 from compare.importing import table
-from compare.importing.frame import Box
+from compare.importing.frame import Box, note
 from compare.importing.lines import MARK, Incomplete, Lines, opened
 
 TEXT = ("element", "typelabel")  # columns of words
@@ -49,13 +49,6 @@ def label_of(head: bytes) -> str | None:
     _, found, rest = text.partition(MARK + b"NUMBER OF ")
     line, ended, _ = rest.partition(b"\n")
     return line.decode("utf-8", "replace").strip() if found and ended else ""
-
-
-def note(options: dict, text: str) -> None:
-    """Tells the pipeline something once."""
-    notes = options.setdefault("notes", [])
-    if text not in notes:
-        notes.append(text)
 
 
 def instants(path: Path, options: dict) -> Iterator[Instant]:

@@ -47,3 +47,10 @@ class Frame:
     units: str | None = None
     contacts: dict[str, np.ndarray] | None = None
     compression: bool | None = None
+
+
+def note(options: dict, text: str) -> None:
+    """Tells the pipeline what a reader assumed or dropped, once; nobody if `notes` is None."""
+    notes = options.setdefault("notes", [])
+    if notes is not None and text not in notes:
+        notes.append(text)

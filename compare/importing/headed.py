@@ -11,7 +11,7 @@ import pandas
 
 from cases.errors import CaseError
 from compare.importing import headings, rows
-from compare.importing.frame import Frame
+from compare.importing.frame import Frame, note
 from compare.importing.headings import Heading
 from compare.importing.rows import Lines
 
@@ -162,7 +162,7 @@ def parts_of(lines: Lines, layout: Layout, options: dict) -> Iterator[tuple[int,
             if block and not block[-1].endswith(b"\n") and options.get("incomplete") == "drop":
                 if len(rows.words(block[-1], layout.separator)) < len(layout.headings):
                     block = without_last(block, layout)
-                    rows.note(options, f"{lines.path}: an incomplete last frame was dropped")
+                    note(options, f"{lines.path}: an incomplete last frame was dropped")
         if block:
             yield first, rows.parsed(
                 block, layout.numeric, lines.path, first, layout.separator, layout.decimal
@@ -205,7 +205,7 @@ def numbered(frame: Frame, where: str, options: dict):
     """Whole ids; those of a file without any are the numbers of the rows."""
     if "id" not in frame.columns:
         path = where.rpartition(":")[0]
-        rows.note(options, f"{path}: no ids, so a grain is told by the number of its row")
+        note(options, f"{path}: no ids, so a grain is told by the number of its row")
         frame.columns["id"] = np.arange(1, len(frame.columns["x"]) + 1)
         return
     values = frame.columns["id"]

@@ -135,10 +135,3 @@ def count(word: str | bytes, where: str) -> int:
     if not 0 <= value < 1e12 or value != int(value):
         raise CaseError(f"{where}: {value:g} is no count")
     return int(value)
-
-
-def note(options: dict, text: str):
-    """Appends to what the reader assumed, once, where it is asked for."""
-    notes = options.get("notes")
-    if notes is not None and text not in notes:
-        notes.append(text)

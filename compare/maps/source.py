@@ -8,7 +8,7 @@ import numpy as np
 
 from cases.case import parse
 from cases.errors import CaseError
-from cases.reading import opened
+from cases.reading import attributes, opened
 
 AXES = "xyz"
 
@@ -43,18 +43,18 @@ def read(path: Path) -> Source:
             steps = sorted(f["data"], key=int)
             if not steps:
                 raise CaseError(f"{path}: no frames")
-            engine = text(f.attrs["engine"])
+            told = attributes(f)
+            engine = str(told["engine"])
             time = np.array([float(f[f"data/{step}"].attrs.get("time", np.nan)) for step in steps])
-            told = text(f.attrs.get("notes", "none"))
-            notes = [] if told == "none" else told.splitlines()
+            notes = str(told.get("notes", "none"))
             frames = [f[f"data/{step}"] for step in steps]
             return Source(
                 path,
                 engine,
-                text(f.attrs.get("engine_version", engine)),
-                gravity(f, path),
+                str(told.get("engine_version", engine)),
+                gravity(told, path),
                 time,
-                notes,
+                [] if notes == "none" else notes.splitlines(),
                 missing(engine, frames, time),
             )
     except (KeyError, ValueError, TypeError, AttributeError, OSError) as error:
@@ -62,15 +62,12 @@ def read(path: Path) -> Source:
         raise CaseError(f"{path}: no file of grains or points ({why})") from error
 
 
-def text(value) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
-
-
-def gravity(f: h5py.File, path: Path) -> np.ndarray:
-    if "gravity" in f.attrs:
-        return np.asarray(f.attrs["gravity"], dtype=float).reshape(3)
-    if "case_resolved" in f.attrs:
-        case = parse(text(f.attrs["case_resolved"]), path)
+def gravity(told: dict, path: Path) -> np.ndarray:
+    """Of the attributes of a file [m/s2]."""
+    if "gravity" in told:
+        return np.asarray(told["gravity"], dtype=float).reshape(3)
+    if "case_resolved" in told:
+        case = parse(str(told["case_resolved"]), path)
         return np.array([0.0, -case["geometry.gravity"], 0.0])
     return np.full(3, np.nan)
 

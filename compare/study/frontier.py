@@ -1,11 +1,13 @@
 """Speed against accuracy: the points of a frontier, their front, and what it says in words."""
 
+import json
 import math
 
 import numpy as np
 import pandas as pd
 
 from cases.case import Case
+from cases.programs import ROOT
 from compare.study.recipe import Recipe
 from compare.study.distance import cost, errors
 from compare.verdict import siblings
@@ -107,6 +109,24 @@ def value_of(point: dict, key: str, scene: Case):
     """What the recipe, else the case, gives to a key."""
     told = Recipe.of(point["recipe"])[key]
     return scene[key] if told is None else told
+
+
+def committed(name: str) -> tuple[pd.DataFrame, dict]:
+    """The points of a case's frontier and the grains they are held against, as they are kept."""
+    folder = ROOT / "cases" / name / "reference"
+    points = pd.read_csv(folder / "frontier" / "points.csv", comment="#")
+    return points, json.loads((folder / "grains.json").read_text())
+
+
+def on_cells(points: pd.DataFrame, size: float) -> pd.DataFrame:
+    """Every law and card that ended well on cells of `size` [m], nothing else changed."""
+    return points[
+        points["series"].str.contains("cell size")
+        & (points["status"] == "ok")
+        & (points["engine"] == "mpm")
+        & ~points["fine"]
+        & ((points["cell_size"] - size).abs() < 1e-9)
+    ]
 
 
 def front(costs, values) -> np.ndarray:

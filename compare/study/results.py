@@ -75,8 +75,7 @@ def law_of(row) -> str:
 def frontier_of(name: str) -> dict:
     """Of a case: the cheapest recipe at each level, and every law on the case's own cells."""
     folder = ROOT / "cases" / name / "reference"
-    points = read(folder / "frontier" / "points.csv")
-    reference = json.loads((folder / "grains.json").read_text())
+    points, reference = frontier.committed(name)
     grains = frontier.grain_cost(reference)
     size = float(case.load(ROOT / "cases" / name)["mpm.cell_size"])
     told = [one for one in ERRORS if not math.isnan(frontier.band(reference, one))]
@@ -117,13 +116,6 @@ def levels(points: pd.DataFrame, grains: float) -> str:
 
 def laws(points: pd.DataFrame, grains: float, size: float) -> str:
     """Every law and card on cells of `size` [m], nothing else changed."""
-    chosen = points[
-        points["series"].str.contains("cell size")
-        & (points["status"] == "ok")
-        & (points["engine"] == "mpm")
-        & ~points["fine"]
-        & ((points["cell_size"] - size).abs() < 1e-9)
-    ]
     rows = [
         [
             law_of(row),
@@ -131,7 +123,7 @@ def laws(points: pd.DataFrame, grains: float, size: float) -> str:
             per_cent(row["numerical_deposit"]),
             times(row["cost"], grains),
         ]
-        for _, row in chosen.iterrows()
+        for _, row in frontier.on_cells(points, size).iterrows()
     ]
     names = [one.replace("_", "-") for one in ERRORS]
     return markdown(["law", *names, "numerical", "× cheaper"], rows)

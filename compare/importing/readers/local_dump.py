@@ -11,8 +11,8 @@ import numpy as np
 from cases.errors import CaseError
 from compare.importing import contact_columns
 from compare.importing.contact_columns import NEEDED, OPTION, Layout
-from compare.importing.dump import GRAINS, Instant, instants, label_of, note
-from compare.importing.frame import Frame
+from compare.importing.dump import GRAINS, Instant, instants, label_of
+from compare.importing.frame import Frame, note
 from compare.importing.registry import Reader, register
 
 FORCE = ("fx", "fy", "fz")

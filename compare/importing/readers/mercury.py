@@ -15,7 +15,7 @@ import numpy as np
 from cases.errors import CaseError
 from compare.importing import rows
 from compare.importing.compressed import opened
-from compare.importing.frame import Box, Frame
+from compare.importing.frame import Box, Frame, note
 from compare.importing.registry import Reader, register
 from compare.importing.rows import Lines
 
@@ -74,7 +74,7 @@ def data_frame(lines: Lines, periodic: np.ndarray, options: dict) -> Frame | Non
     whole = line.endswith(b"\n")
     if head is None or not whole:
         if not whole and options.get("incomplete") == "drop":
-            rows.note(options, f"{lines.where}: an incomplete frame was dropped")
+            note(options, f"{lines.where}: an incomplete frame was dropped")
             return None
         raise CaseError(
             f"{lines.where}: not the head of a frame (count, time, lower and upper corner) "
@@ -86,7 +86,7 @@ def data_frame(lines: Lines, periodic: np.ndarray, options: dict) -> Frame | Non
     if len(block) < count or (block and not block[-1].endswith(b"\n")):
         if len(block) < count or len(block[-1].split()) < len(names):
             if options.get("incomplete") == "drop":
-                rows.note(options, f"{at}: an incomplete frame was dropped")
+                note(options, f"{at}: an incomplete frame was dropped")
                 return None
             raise CaseError(f"{at}: {count} particles announced, {len(block)} rows follow {HINT}")
     table = rows.numbers(block, len(names), lines.path, first)
@@ -118,7 +118,7 @@ def periodic_axes(path: Path, options: dict) -> np.ndarray:
     axes = np.zeros(3, dtype=bool)
     restart = beside(path, "restart")
     if restart is None:
-        rows.note(
+        note(
             options,
             f"{path}: what is periodic is not told in .data and .fstat, and no restart file lies "
             "beside it: taken as not periodic",
@@ -168,7 +168,7 @@ def fstat_frames(lines: Lines, options: dict) -> Iterator[tuple[str, float, np.n
             block.append(lines.next())
         if not lines.peek() and block and not block[-1].endswith(b"\n"):
             if len(block[-1].split()) < CONTACT and options.get("incomplete") == "drop":
-                rows.note(options, f"{at}: an incomplete frame was dropped")
+                note(options, f"{at}: an incomplete frame was dropped")
                 return
         yield at, time, rows.numbers(block, CONTACT, lines.path, first)
 

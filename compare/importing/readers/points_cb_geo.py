@@ -10,8 +10,8 @@ import numpy as np
 
 from cases import reading
 from cases.errors import CaseError
-from compare.importing import points, rows
-from compare.importing.frame import Frame
+from compare.importing import points
+from compare.importing.frame import Frame, note
 from compare.importing.registry import Reader, register
 
 MAGIC = b"\x89HDF"
@@ -60,7 +60,7 @@ def frames(path: Path, options: dict) -> Iterator[Frame]:
         inside = np.asarray(table["status"][()]).astype(bool) if "status" in names else None
     if inside is not None and not inside.all():
         found = {name: values[inside] for name, values in found.items()}
-        rows.note(options, f"{path}: {(~inside).sum()} points outside the mesh were left out")
+        note(options, f"{path}: {(~inside).sum()} points outside the mesh were left out")
     columns = {NAMES[name]: values for name, values in found.items()}
     frame = points.completed(Frame(str(path), columns, points.step_of(path), compression=False))
     yield frame

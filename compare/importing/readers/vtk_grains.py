@@ -14,8 +14,8 @@ import numpy as np
 
 from cases.errors import CaseError
 from compare.importing import compressed, vtk_legacy, vtk_xml
-from compare.importing.dump import UNTOLD, note
-from compare.importing.frame import Box, Frame
+from compare.importing.dump import UNTOLD
+from compare.importing.frame import Box, Frame, note
 from compare.importing.lines import Incomplete
 from compare.importing.registry import Reader, register
 from compare.importing.vtk_legacy import Cloud
