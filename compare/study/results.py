@@ -161,13 +161,15 @@ def atlas(name: str) -> str:
     for plane, runs in table.groupby("plane", sort=False):
         each = runs.drop_duplicates("across_value")
         low, high = each["stable_to"].min(), each["stable_to"].max()
+        lost = int(each["stable_to"].isna().sum())
+        nowhere = f", {lost} of {len(each)} rows nowhere" if lost else ""
         fails = sorted(set(runs["status"]) - {"ok"})
         rows.append(
             [
                 str(plane),
                 runs["across"].iloc[0].split(".")[-1].replace("_", " ")
                 + f" {each['across_value'].min():g}–{each['across_value'].max():g}",
-                "unstable throughout" if math.isnan(high) else f"{low:.2g}–{high:.2g}",
+                "unstable throughout" if math.isnan(high) else f"{low:.2g}–{high:.2g}{nowhere}",
                 f"{each['times_limit'].min():.2g}",
                 f"{each['times_default'].min():.2g}",
                 ", ".join(fails) or "no failure found",
