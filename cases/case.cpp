@@ -7,6 +7,7 @@
 #include "cases/check.hpp"
 #include "cases/constants.hpp"
 #include "cases/hints.hpp"
+#include "cases/library.hpp"
 #include "cases/together.hpp"
 
 namespace grainpair {
@@ -22,6 +23,13 @@ constexpr const char* least = "geometry, grains, initial, material, mpm";
 bool there(const fs::path& file) {
   std::error_code unknown;
   return fs::exists(file, unknown);
+}
+
+/// One name of a file, whatever links lead to it; of what has none, such as a pipe, the given one.
+fs::path one_name(const fs::path& file) {
+  std::error_code error;
+  const fs::path name = fs::canonical(file, error);
+  return error ? fs::absolute(file, error) : name;
 }
 
 /// The file of a material card, a name or a path that ends in .toml: beside the case file, for a
@@ -101,7 +109,7 @@ Case Case::load(const std::string& path, const std::vector<std::string>& overrid
   for (std::string file = result.path_; !file.empty();) {
     const std::string text = read_text(file, least);
     if (result.text_.empty()) result.text_ = text;
-    seen.insert(fs::canonical(file));
+    seen.insert(one_name(file));
     const toml::table table = parse_toml(text, file);
     const Source source{file};
     if (const auto* element = table.get("element"))
@@ -114,14 +122,16 @@ Case Case::load(const std::string& path, const std::vector<std::string>& overrid
     if (!extends || std::get<std::string>(extends.mapped().value).empty()) continue;
     const Given& base = extends.mapped();
     file = (base.folder / std::get<std::string>(base.value)).lexically_normal().string();
-    std::error_code error;
-    if (seen.contains(fs::canonical(file, error)))
+    if (seen.contains(one_name(file)))
       refuse(base.where, "extends '{}', which extends this file in turn (a circle has no end)",
              file);
+    std::error_code error;
+    static_cast<void>(fs::canonical(file, error));
     if (error == std::errc::no_such_file_or_directory)
       refuse(base.where, "extends '{}', which does not exist", file);
   }
   const Card card = take_card(given);
+  find_library(given, result.path_);
   result.values_ = complete(schema(), given, result.path_, "");
   check_scene(result.values_);
   derive_constants(result.values_);

@@ -26,6 +26,9 @@ class Case {
   long integer(const std::string& key) const { return values_.integer(key); }
   bool flag(const std::string& key) const { return values_.flag(key); }
   const std::string& word(const std::string& key) const { return values_.word(key); }
+  std::vector<double> numbers(const std::string& key) const { return values_.numbers(key); }
+  bool has(const std::string& key) const { return values_.has(key); }
+  const std::string& where(const std::string& key) const { return values_.where(key); }
 
   /// The complete case as TOML, defaults and overrides included, the law's constants not softened;
   /// itself a case file that resolves to the same.

@@ -5,6 +5,8 @@ the programs in C++ give them (cases/command_line.hpp).
 import argparse
 from collections.abc import Callable
 
+from cases.errors import printable
+
 MOST_THREADS = 1024  # also of ranks and of jobs at a time
 MOST_SEED = 2**32 - 1
 
@@ -13,7 +15,7 @@ class Parser(argparse.ArgumentParser):
     """argparse's, which would put its usage above a mistake."""
 
     def error(self, message: str):
-        line = " ".join(message.split()).removeprefix("argument ")
+        line = printable(" ".join(message.split()).removeprefix("argument "))
         self.exit(2, f"{self.prog}: {line} (see --help)\n")
 
 

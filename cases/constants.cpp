@@ -29,6 +29,7 @@ struct Reads {
 
 Reads reads(const Values& scene) {
   const std::string& law = scene.word("material.law");
+  if (law == "external") return {false, false, false};
   Reads r;
   r.cone = law != "linear_elastic" && law != "mu_i";
   r.locus = r.cone && law != "drucker_prager" && law != "lade_duncan";

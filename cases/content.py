@@ -79,6 +79,7 @@ def files_of(module: str, root: Path) -> list[Path]:
     ]
 
 
+@cache
 def names_in(file: Path, root: Path) -> list[str]:
     """Modules that a file's import statements may mean; of `from a import b` both a and a.b."""
     package = file.relative_to(root).parts[:-1]

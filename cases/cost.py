@@ -5,16 +5,15 @@ dem_reference/cost.py the grains', compare/cost.py both.
 """
 
 import json
-import tempfile
 import tomllib
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 from cases import memory
 from cases.case import Case
 from cases.errors import CaseError, EngineError
 from cases.programs import ROOT, call, program
+from cases.scratch import temporary
 
 LONG = 3600.0  # [s] that a user is told of beforehand
 
@@ -38,8 +37,8 @@ def rates() -> dict:
 
 def continuum(case: Case) -> Cost:
     """Raises CaseError where the case has no grid; EngineError if mpm_run is not built."""
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
-        file = Path(folder) / "case.toml"
+    with temporary() as folder:
+        file = folder / "case.toml"
         file.write_text(case.resolved)
         done = call([program("mpm_run"), file, "--estimate"])
         if done.returncode:

@@ -15,6 +15,7 @@
 #include <fstream>
 
 #include "cases/failure.hpp"
+#include "cases/room.hpp"
 
 namespace grainpair {
 namespace {
@@ -22,6 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const std::string& path, int error) {
+  if (is_full(error)) throw RoomError(path, error);
   throw CaseError(fmt::format("{}: cannot be written ({}) choose another place for the result",
                               path, std::strerror(error)));
 }
@@ -101,7 +103,25 @@ Draft::~Draft() {
   close(handle_);
 }
 
+void Draft::write(std::string_view text) {
+  const int file = open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  int error = file < 0 ? errno : 0;
+  while (!error && !text.empty()) {
+    const ssize_t count = ::write(file, text.data(), text.size());
+    if (count < 0 && errno != EINTR) error = errno;
+    if (count > 0) text.remove_prefix(static_cast<std::size_t>(count));
+  }
+  if (file >= 0 && close(file) != 0 && !error) error = errno;
+  if (error) refuse(path_, error);
+}
+
+/// Some file systems tell only when asked that what was written did not fit.
 void Draft::finish() {
+  const int file = open(part_.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool kept = file >= 0 && fsync(file) == 0;
+  const int why = kept ? 0 : errno;
+  if (file >= 0) close(file);
+  if (!kept) refuse(path_, why);
   std::error_code error;
   fs::rename(part_, path_, error);
   if (error) refuse(path_, error.value());

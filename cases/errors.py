@@ -20,6 +20,7 @@ class Failure(StrEnum):
     UNATTAINABLE = "unattainable"
     LOST_GRAINS = "lost-grains"
     REFUSED = "refused"
+    LIBRARY = "library"
     CPU_LIMIT = "cpu-limit"
 
 
@@ -33,6 +34,7 @@ class Warned(StrEnum):
     LOSS = "loss"
     TENSION = "tension"
     END = "end"
+    ESTIMATED = "estimated"
 
 
 def code_of(line: str) -> Failure | None:
@@ -40,10 +42,16 @@ def code_of(line: str) -> Failure | None:
     return next((code for code in Failure if line.endswith(f" [{code}]")), None)
 
 
+def printable(text: str) -> str:
+    """Text as one line that shows all of it: what cannot be printed, a line's end too, escaped."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
 class Failed(Exception):
     """A line, and the code that ends it; of a child's line the code is read."""
 
     def __init__(self, line: str, code: Failure | None = None):
+        line = printable(line.strip())
         super().__init__(f"{line} [{code}]" if code else line)
         self.code = code or code_of(line)
 

@@ -26,11 +26,12 @@ enum class Failure {
   unattainable,
   lost_grains,
   refused,
+  library,
   cpu_limit
 };
 
 /// What spoils a result without ending its run.
-enum class Warning { drift, halved, noise, locking, loss, tension, end };
+enum class Warning { drift, halved, noise, locking, loss, tension, end, estimated };
 
 template <class Code>
 struct Coded {
@@ -47,6 +48,7 @@ inline constexpr Coded<Failure> failure_codes[] = {
     {Failure::unattainable, "unattainable", "no strain rate gives the stress a path asks for"},
     {Failure::lost_grains, "lost-grains", "grains are gone, or stick to each other"},
     {Failure::refused, "refused", "the grains' time step cannot resolve their contacts"},
+    {Failure::library, "library", "a law of a shared library cannot go on, or ended the program"},
     {Failure::cpu_limit, "cpu-limit", "the processor time allowed is used up"},
 };
 
@@ -58,6 +60,7 @@ inline constexpr Coded<Warning> warning_codes[] = {
     {Warning::loss, "loss", "the transfer took much of the energy released"},
     {Warning::tension, "tension", "points pull on each other"},
     {Warning::end, "end", "matter came to the end of the floor"},
+    {Warning::estimated, "estimated", "elastic and plastic energy are not the law's own figures"},
 };
 
 inline const char* name(Failure code) {

@@ -1,6 +1,7 @@
 #include "cases/file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -30,11 +31,14 @@ std::string read_text(const std::string& path, const std::string& holds) {
     refuse(path, "is not a case file (a pipe, socket or device)");
   errno = 0;
   std::ifstream file(path, std::ios::binary);
-  std::string text(limit + 1, '\0');
-  if (file) file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  std::string text;
+  std::array<char, 1 << 14> piece;
+  while (file && text.size() <= limit) {
+    file.read(piece.data(), piece.size());
+    text.append(piece.data(), static_cast<std::size_t>(file.gcount()));
+  }
   if (file.bad() || !file.is_open() || errno == EISDIR)
     refuse(path, "cannot be read ({})", errno ? std::strerror(errno) : "unknown reason");
-  text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.empty()) refuse(path, "is empty (a file of this kind holds at least {})", holds);
   if (text.find('\0') != std::string::npos)
     refuse(path, "is not a case file (binary data, not text)");

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cases.errors import CaseError
+from cases import room
+from cases.errors import CaseError, printable
 from cases.scratch import locked, made_folders, named, scratch, told
 
 if TYPE_CHECKING:
@@ -25,13 +26,21 @@ def replacing(path: Path) -> Iterator[Path]:
         with scratch(path.parent, path.name) as work:
             part = work / path.name
             yield part
-            os.replace(part, path)
+            put(part, path)
 
 
 @contextmanager
-def owned(path: Path) -> Iterator[Path]:
-    """The same, by one process at a time: for what takes long."""
+def owned(
+    path: Path, needs: float = 0.0, after: Callable[[], None] = lambda: None
+) -> Iterator[Path]:
+    """The same, by one process at a time: for what takes long. `after` is called when the file is
+    there, before anybody else may have it. Raises EngineError where it `needs` more room than there
+    is [bytes].
+    """
+    with told(path):
+        room.refuse_lack(path, needs)
     with ExitStack() as stack:
+        stack.enter_context(room.enough(path, needs))
         with told(path):
             stack.enter_context(made_folders(path.parent))
             stack.enter_context(locked(path.with_name(f".{path.name}.lock"), path))
@@ -41,7 +50,14 @@ def owned(path: Path) -> Iterator[Path]:
         with named(work, path):
             yield part
         with told(path):
-            os.replace(part, path)
+            put(part, path)
+            after()
+
+
+def put(part: Path, path: Path):
+    """Gives a complete file its name. Raises OSError."""
+    room.settle(part)
+    os.replace(part, path)
 
 
 def refuse_folder(path: Path):
@@ -102,6 +118,6 @@ def write_table(
 
     write_atomically(
         path,
-        "".join(f"# {line}\n" for line in head)
+        "".join(f"# {printable(line)}\n" for line in head)
         + pd.DataFrame(table).to_csv(index=False, float_format=float_format),
     )

@@ -10,8 +10,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -19,31 +21,50 @@
 #include <utility>
 #include <vector>
 
+#include "cases/room.hpp"
+
 namespace grainpair::hdf5 {
 
-/// Why the library's last call failed, in the system's words where it has them ("No space left on
-/// device").
-inline std::string reason() {
-  std::string found;
+/// Why the library's last call failed: the system's errno, 0 where it is not the system's failure.
+inline int reason() {
+  int found = 0;
   H5Ewalk2(
       H5E_DEFAULT, H5E_WALK_DOWNWARD,
       [](unsigned, const H5E_error2_t* error, void* out) -> herr_t {
-        constexpr std::string_view mark = "error message = '";
+        constexpr std::string_view mark = "errno = ";
         const std::string_view text = error->desc ? error->desc : "";
         const auto at = text.find(mark);
-        if (at == std::string_view::npos) return 0;
-        const auto words = text.substr(at + mark.size());
-        *static_cast<std::string*>(out) =
-            " (" + std::string(words.substr(0, words.find('\''))) + ")";
+        if (at != std::string_view::npos)
+          *static_cast<int*>(out) = std::atoi(text.data() + at + mark.size());
         return 0;
       },
       &found);
   return found;
 }
 
+/// One line, whatever names and texts a file holds.
+inline std::string one_line(std::string text) {
+  std::ranges::replace_if(
+      text, [](unsigned char c) { return c < ' ' || c == 0x7f; }, ' ');
+  return text;
+}
+
+/// With the system's words where it has any ("No space left on device").
 struct Error : std::runtime_error {
-  explicit Error(const std::string& what) : std::runtime_error(what + reason()) {}
+  explicit Error(const std::string& what) : Error(one_line(what), reason()) {}
+  int code;  // errno, or 0
+
+ private:
+  Error(const std::string& what, int why)
+      : std::runtime_error(why ? what + " (" + std::strerror(why) + ")" : what), code(why) {}
 };
+
+/// What a destructor could not write, until finish() or flush() tells it: much reaches the file
+/// only when a dataset is closed.
+inline std::optional<Error> lost;
+inline void tell_losses() {
+  if (auto error = std::exchange(lost, {})) throw Error(*error);
+}
 
 /// Owns one HDF5 identifier.
 class Handle {
@@ -58,11 +79,12 @@ class Handle {
     return *this;
   }
   ~Handle() {
-    if (id_ >= 0) close_(id_);
+    if (id_ >= 0 && close_(id_) < 0 && !lost) lost.emplace("HDF5: cannot write all of a file");
   }
   /// Closes it now, and throws where that fails: what was written may reach the disk only then.
   void finish() {
     if (close_(std::exchange(id_, -1)) < 0) throw Error("HDF5: cannot write the end of a file");
+    tell_losses();
   }
   operator hid_t() const { return id_; }
 
@@ -101,6 +123,7 @@ inline hid_t type_of<int>() {
 /// Errors are exceptions, not prints; and what could not be written is not tried again at the end
 /// of the program, where the library would crash over it.
 inline void begin() {
+  lost.reset();
   H5dont_atexit();
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
@@ -111,6 +134,13 @@ inline Handle create_file(const std::string& path) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "make a property list");
   H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
   return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, "create " + path};
+}
+
+/// Brings all that was written into the file, which can be read up to here if the process is killed
+/// later. Throws where that fails.
+inline void flush(hid_t file) {
+  if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) throw Error("HDF5: cannot write a file");
+  tell_losses();
 }
 
 /// Why a file that HDF5 does not open cannot be read.
@@ -201,15 +231,42 @@ Handle write_dataset(hid_t parent, const std::string& name, std::span<const T> v
   return dataset;
 }
 
+/// Throws where a dataset says it holds more numbers than the file has room for.
+inline void check_room(hid_t dataset, hid_t type, double numbers, const std::string& where) {
+  constexpr double densest = 1040.0;  // bytes that deflate can make of one, at most
+  const double bytes = static_cast<double>(H5Dget_storage_size(dataset));
+  if (numbers * static_cast<double>(H5Tget_size(type)) > densest * bytes)
+    throw Error(where + ": holds fewer numbers than it says (cut short?)");
+}
+
 template <class T>
 std::vector<T> read_dataset(hid_t parent, const std::string& name) {
   const Handle dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), H5Dclose,
                        "open dataset " + name);
   const Handle space(H5Dget_space(dataset), H5Sclose, "read a dataspace");
-  std::vector<T> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+  const Handle type(H5Dget_type(dataset), H5Tclose, "read a type");
+  const hssize_t count = H5Sget_simple_extent_npoints(space);
+  if (count < 0) throw Error("HDF5: no length of dataset " + name);
+  check_room(dataset, type, static_cast<double>(count), "dataset " + name);
+  std::vector<T> values(static_cast<std::size_t>(count));
   if (H5Dread(dataset, type_of<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
     throw Error("HDF5: cannot read dataset " + name);
   return values;
+}
+
+/// Calls `work`, which writes the file `path`. Throws RoomError where room runs out in it, once
+/// what it leaves behind is removed.
+template <class Work>
+void with_room(const std::string& path, double needs, Work&& work) {
+  int code = 0;
+  try {
+    work();
+    return;
+  } catch (const Error& error) {
+    if (!is_full(error.code)) throw;
+    code = error.code;
+  }
+  throw RoomError(path, code, needs);
 }
 
 }  // namespace grainpair::hdf5

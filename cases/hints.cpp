@@ -36,12 +36,17 @@ void refuse_line(const std::string& where, const std::string& what) {
 }
 
 std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
-  const auto nearest = std::ranges::min_element(
-      known, {}, [&](const std::string& candidate) { return distance(word, candidate); });
-  if (nearest == known.end() ||
-      distance(word, *nearest) > std::max<std::size_t>(2, word.size() / 3))
-    return "";
-  return fmt::format(" Did you mean '{}'?", *nearest);
+  const std::size_t most = std::max<std::size_t>(2, word.size() / 3);
+  const std::string* nearest = nullptr;
+  std::size_t least = most + 1;
+  for (const std::string& candidate : known) {
+    const std::size_t a = word.size(), b = candidate.size();
+    if ((a > b ? a - b : b - a) >= least)
+      continue;  // at least as many insertions, whatever the letters
+    if (const std::size_t apart = distance(word, candidate); apart < least)
+      least = apart, nearest = &candidate;
+  }
+  return nearest ? fmt::format(" Did you mean '{}'?", *nearest) : "";
 }
 
 void refuse_key(const std::vector<Key>& keys, const std::string& where, const std::string& prefix,

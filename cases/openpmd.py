@@ -12,6 +12,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from cases.h5_output import H5Output
 from cases.provenance import commit
 
 SCHEMA_VERSION = 1  # of our own part of the layout
@@ -58,12 +59,12 @@ def describe(thing: h5py.HLObject, told: Mapping | None = None, **more) -> None:
             thing.attrs[name] = value
 
 
-def create(path: Path, engine: str, told: Mapping) -> h5py.File:
+def create(path: Path, engine: str, told: Mapping) -> H5Output:
     """A new result file of `engine`, "mpm" or "dem", with the attributes of its root; `told` goes
     onto them.
     """
     # the format of HDF5 1.10: attributes longer than 64 kB, such as a long list of sources
-    file = h5py.File(path, "w", libver=("v110", "v110"))
+    file = H5Output(path, libver=("v110", "v110"))
     today, version = datetime.datetime.now(datetime.timezone.utc), commit()
     own = {
         "openPMD": "1.1.0",
@@ -85,7 +86,10 @@ def create(path: Path, engine: str, told: Mapping) -> h5py.File:
 
 
 def frame(file: h5py.File, step: int, time: float, dt: float) -> h5py.Group:
-    """The group of one instant, at `time` [s]; its particles belong into `particles/cloud`."""
+    """The group of one instant, at `time` [s]; its particles belong into `particles/cloud`. Those
+    before are in the file by then. Raises OSError where they are not.
+    """
+    file.flush()
     group = file.create_group(f"data/{step}")
     describe(group, time=float(time), dt=float(dt), timeUnitSI=1.0)
     return group

@@ -2,25 +2,31 @@
 
 import hashlib
 import os
+import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
+from cases import children
 from cases.errors import CaseError, EngineError
 
 ROOT = Path(__file__).resolve().parents[1]
 PYTHON = "/usr/bin/python3"  # Debian's own: another one first on PATH would lack the packages
+OURS = ("cases", "dem_reference", "compare")  # folders of modules
+MARKS = "/._+,@=-"  # that mean nothing to any shell
 PACKAGES = {"lmp": "lammps", "mpirun": "openmpi-bin"}  # of programs that are called otherwise
 
 
-def module(name: str, *words) -> list[str]:
+def module(name: str, *words, parent: int | None = None) -> list[str]:
     """The command line of a module of this clone, or of Debian's Python, with nothing of the
-    caller's surroundings in it (cases/start.py).
+    caller's surroundings in it (cases/start.py). It dies with the process `parent`, where that
+    is told, which must be the one that starts it.
     """
     start = ROOT / "cases" / "start.py"
-    return [PYTHON, "-I", "-X", "utf8", str(start), name, *map(str, words)]
+    bound = ["--parent", str(parent)] if parent else []
+    return [PYTHON, "-I", "-X", "utf8", str(start), *bound, name, *map(str, words)]
 
 
 def alone() -> None:
@@ -28,19 +34,29 @@ def alone() -> None:
     if sys.argv[:1] != ["-m"] or sys.flags.isolated or not os.access(PYTHON, os.X_OK):
         return
     name = sys.orig_argv[-len(sys.argv)].removeprefix("-m")
+    if name.partition(".")[0] not in OURS:  # a user's own module, which imports grainpair
+        return
     os.execv(PYTHON, module(name, *sys.argv[1:]))
 
 
-def call(command: list, **options) -> subprocess.CompletedProcess:
-    """Runs a program to its end and takes what it says as text. Raises EngineError where it does
-    not start.
+def call(command: list, *, timeout: float | None = None, **options) -> subprocess.CompletedProcess:
+    """Runs a program to its end and takes what it says as text; `options` are those of
+    cases.children.start. It ends with us. Raises EngineError where it does not start, and
+    subprocess.TimeoutExpired, with what it has said, where it goes on after `timeout` seconds.
     """
-    words = [str(word) for word in command]
-    taken: dict[str, Any] = {"capture_output": True, "text": True, "errors": "replace"} | options
+    taken: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    taken |= {"text": True, "errors": "replace"} | options
     try:
-        return subprocess.run(words, check=False, **taken)
+        process = children.start(command, **taken)
     except OSError as error:
-        raise unstarted(words[0], error) from error
+        raise unstarted(str(command[0]), error) from error
+    with process:
+        try:
+            out, err = process.communicate(timeout=timeout)
+        except BaseException:
+            children.end(process, group=options.get("start_new_session", False))
+            raise
+    return subprocess.CompletedProcess(process.args, process.returncode, out, err)
 
 
 def unstarted(name: str | Path, error: OSError) -> EngineError:
@@ -115,6 +131,11 @@ def user_cache(*, make: bool = False) -> Path:
                 "set XDG_CACHE_HOME"
             )
     return private
+
+
+def plain(name: str) -> bool:
+    """Whether a name means itself to whatever reads it."""
+    return re.fullmatch(f"[A-Za-z0-9{MARKS}]+", name) is not None
 
 
 def short(path: Path) -> Path:

@@ -4,16 +4,21 @@ kept.
 
 import datetime
 import platform
+import shlex
 import subprocess
+from collections.abc import Iterable
 from pathlib import Path
 
+from cases.errors import printable
 from cases.programs import ROOT
+
+NO_SOURCES = (":(exclude)cases/*/reference/*", ":(exclude)tests/data/fuzz/counts.csv")
 
 
 def commit() -> str:
     """Commit of the sources, `unknown` outside a clone; "-dirty" when one is changed.
 
-    Results kept in cases/*/reference are no sources.
+    Results that are kept are no sources.
     """
 
     def git(*words):
@@ -28,7 +33,7 @@ def commit() -> str:
     head = git("describe", "--always", "--abbrev=12")
     if head.returncode:
         return "unknown"
-    changed = git("diff", "--quiet", "HEAD", "--", ":/", ":(exclude)cases/*/reference/*").returncode
+    changed = git("diff", "--quiet", "HEAD", "--", ":/", *NO_SOURCES).returncode
     return head.stdout.strip() + ("-dirty" if changed else "")
 
 
@@ -52,6 +57,11 @@ def about(command: str, **more: str) -> dict[str, str]:
     """
     today = datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d")
     return {"command": command, "commit": commit(), "date": today, "machine": machine()} | more
+
+
+def typed(program: str, words: Iterable) -> str:
+    """A command line that a shell takes as it was given, in one line."""
+    return printable(f"{program} {shlex.join(map(str, words))}".rstrip())
 
 
 def head(origin: dict[str, str], *notes: str) -> list[str]:

@@ -8,6 +8,7 @@ import stat
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import h5py
 import numpy as np
@@ -15,8 +16,13 @@ import numpy as np
 from cases.errors import CaseError
 from cases.openpmd import SCHEMA_VERSION
 
-# What h5py raises where a file is not as it is meant to be.
-UNEXPECTED = (OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, RuntimeError)
+# What h5py raises where a file is not as it is meant to be; of memory where it says to hold more.
+UNEXPECTED = (
+    *(OSError, KeyError, ValueError, TypeError, AttributeError, IndexError, RuntimeError),
+    MemoryError,
+)
+LARGEST = 2.0**53  # whole numbers up to it are exact
+DENSEST = 1040  # bytes that deflate can make of one, at most
 
 
 def opened(path: str | Path) -> h5py.File:
@@ -41,7 +47,7 @@ def result(path: str | Path) -> Iterator[h5py.File]:
     """
     try:
         with opened(path) as file:
-            version = attributes(file).get("schema_version", 1)
+            version = plain(file.attrs.get("schema_version", 1))
             if not is_number(version) or not version <= SCHEMA_VERSION:
                 raise CaseError(
                     f"{path}: schema_version is {version!r} (this grainpair reads up to "
@@ -67,6 +73,16 @@ def is_number(value) -> bool:
     return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
 
 
+def whole(parent: h5py.Group, place: str, length: int | None = None) -> np.ndarray:
+    """The whole numbers (N,) of a column, int64."""
+    found = values(parent, place, length)
+    wrong = np.flatnonzero((found != np.trunc(found)) | (np.abs(found) > LARGEST))
+    if wrong.size:
+        at = Place(parent, place)
+        raise CaseError(f"{at}: row {wrong[0]} is {found[wrong[0]]:.17g} (no whole number)")
+    return found.astype(np.int64)
+
+
 def number(thing: h5py.HLObject, name: str) -> float:
     """An attribute that is one finite number."""
     value = thing.attrs.get(name)
@@ -81,12 +97,22 @@ def where(thing: h5py.HLObject) -> str:
     return f"{thing.file.filename}:{thing.name}"
 
 
+class Place(NamedTuple):
+    """Where something is, in words once they are needed: to look for them takes a while."""
+
+    parent: h5py.Group
+    place: str
+
+    def __str__(self) -> str:
+        return f"{where(self.parent).rstrip('/')}/{self.place}"
+
+
 def group(parent: h5py.Group, place: str) -> h5py.Group:
     """A group that must be there."""
     found = parent.get(place)
     if not isinstance(found, h5py.Group):
         problem = "missing" if found is None else "not a group"
-        raise CaseError(f"{where(parent).rstrip('/')}/{place}: {problem}")
+        raise CaseError(f"{Place(parent, place)}: {problem}")
     return found
 
 
@@ -94,23 +120,27 @@ def column(parent: h5py.Group, place: str, length: int | None = None) -> h5py.HL
     """A one-dimensional dataset of numbers, or an openPMD constant component (a group with `value`
     and `shape`), in SI units and of `length` where that is given; nothing of it is read yet.
     """
-    found = parent.get(place)
-    at = f"{where(parent).rstrip('/')}/{place}"
+    found, at = parent.get(place), Place(parent, place)
     if found is None:
         raise CaseError(f"{at}: missing")
     if constant := isinstance(found, h5py.Group):
-        shape, kind = found.attrs.get("shape", ()), np.asarray(found.attrs.get("value", "")).dtype
+        kind = np.asarray(found.attrs.get("value", "")).dtype
+        told = np.atleast_1d(found.attrs.get("shape", ()))
+        if told.dtype.kind not in "iuf" or not np.all(np.isfinite(told)):
+            raise CaseError(f"{at}: not a dataset of numbers (of a shape that is no number)")
+        shape = tuple(int(n) for n in told)
     else:
         shape, kind = found.shape or (), found.dtype
-    shape = tuple(int(n) for n in np.atleast_1d(shape))
     if kind.kind not in "iuf":
         words = "a group without value" if constant else kind.name
         raise CaseError(f"{at}: not a dataset of numbers ({words})")
     if len(shape) != 1:
         raise CaseError(f"{at}: of {len(shape)} dimensions, not of one")
+    if not constant and shape[0] * kind.itemsize > DENSEST * found.id.get_storage_size():
+        raise CaseError(f"{at}: holds fewer numbers than it says (cut short?)")
     if length is not None and shape[0] != length:
         raise CaseError(f"{at}: of length {shape[0]}, the others are of {length}")
-    unit = found.attrs.get("unitSI", 1.0)
+    unit = found.attrs["unitSI"] if "unitSI" in found.attrs else 1.0
     if not is_number(unit) or unit != 1.0:
         raise CaseError(f"{at}: unitSI is {plain(unit)!r} (only SI units are read: 1)")
     return found

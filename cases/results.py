@@ -18,20 +18,23 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from cases import room
 from cases.errors import CaseError, EngineError, Failed
 from cases.scratch import locked, made_folders, reason, scratch, told
+from cases.unfinished import Unfinished, unfinished
 
 CURRENT_FOLDER, EXCHANGE = -100, 2  # AT_FDCWD and RENAME_EXCHANGE of renameat2(2)
 
 
 @contextmanager
-def owned(out: Path, room: float = 0.0) -> Iterator["Folder"]:
+def owned(out: Path, needs: float = 0.0) -> Iterator["Folder"]:
     """The folder `out`, which need not be there yet, for this process alone.
 
-    Raises CaseError where it cannot be one of results, has less than `room` [bytes], or is in use.
+    Raises CaseError where it cannot be one of results, or is in use; EngineError where it `needs`
+    more room than there is [bytes].
     """
     real = place_of(out)
-    refuse_lack_of_room(out, real, room)
+    room.refuse_lack(out, needs)
     with ExitStack() as stack:
         with told(out):
             stack.enter_context(made_folders(real.parent))
@@ -45,21 +48,10 @@ def owned(out: Path, room: float = 0.0) -> Iterator["Folder"]:
         yield folder
 
 
-def refuse_lack_of_room(out: Path, real: Path, room: float):
-    """Raises CaseError where less than `room` [bytes] is free."""
-    there = next(folder for folder in (real, *real.parents) if folder.exists())
-    free = shutil.disk_usage(there).free
-    if free < room:
-        raise CaseError(
-            f"{out}: the results take about {room / 1e6:.3g} MB ({free / 1e6:.3g} MB are free "
-            "there) free some room, or choose another place"
-        )
-
-
 @contextmanager
-def prepared(out: Path, ours: Iterable[str] = (), room: float = 0.0) -> Iterator[Path]:
+def prepared(out: Path, ours: Iterable[str] = (), needs: float = 0.0) -> Iterator[Path]:
     """A folder to make results in, which take their place in `out` at the end (Folder.prepare)."""
-    with owned(out, room) as folder, folder.prepare(ours) as work:
+    with owned(out, needs) as folder, folder.prepare(ours) as work:
         yield work
 
 
@@ -107,17 +99,29 @@ class Folder:
     def scratch(self):
         return scratch(self.home, self.real.name)
 
+    def half_way(self) -> Path:
+        """Where results are that somebody may go on with."""
+        return self.home / f".{self.real.name}.unfinished"
+
     @contextmanager
-    def prepare(self, ours: Iterable[str] = (), borrow: Iterable[str] = ()) -> Iterator[Path]:
+    def prepare(
+        self,
+        ours: Iterable[str] = (),
+        borrow: Iterable[str] = (),
+        goes_on: Unfinished | None = None,
+    ) -> Iterator[Path]:
         """A folder to make results in, which take their place once the block has ended well.
 
         `ours` are the names, or patterns of them, that the new results replace as a whole; of
         everything else a file stays unless a new one has its name. Files that match `borrow` are
-        there to read from the start.
+        there to read from the start. What `goes_on` is kept where the block is interrupted.
         """
         with ExitStack() as stack:
+            stack.enter_context(room.enough(self.out))
             with told(self.out):
-                work = stack.enter_context(self.scratch())
+                work = stack.enter_context(
+                    unfinished(self.half_way(), self.out, goes_on) if goes_on else self.scratch()
+                )
                 links = [link for pattern in borrow for link in self.borrow(pattern, work)]
             try:
                 yield work
@@ -127,6 +131,9 @@ class Folder:
             for link in links:
                 if link.is_symlink():  # and no new file of that name
                     link.unlink()
+            for file in work.rglob("*"):
+                if file.is_file() and not file.is_symlink():
+                    room.settle(file)
             self.swap(work, tuple(ours))
 
     def borrow(self, pattern: str, work: Path) -> list[Path]:
@@ -159,14 +166,18 @@ class Folder:
     @contextmanager
     def rescued(self, work: Path, word: str) -> Iterator[None]:
         """What is in `work` is kept beside the folder when the block fails, and said to be there:
-        for what took long and is whole before the block.
+        for what took long and is whole before the block. What is gone on with stays where it is
+        when it is interrupted.
         """
         try:
             yield
         except BaseException as error:
+            failed = isinstance(error, Failed)
+            if not failed and work.is_relative_to(self.half_way()):
+                raise
             kept = self.rescue(work, word)
             said = f"the engines' results are in {kept}"
-            if isinstance(error, Failed):
+            if failed:
                 raise type(error)(f"{error}; {said}") from error
             print(f"{self.out}: not replaced; {said}", file=sys.stderr)
             raise

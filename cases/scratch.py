@@ -7,7 +7,6 @@ has left is told from what a living one works on. cases/draft.cpp has the same l
 from __future__ import annotations
 
 import datetime
-import errno
 import fcntl
 import glob
 import os
@@ -21,12 +20,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from cases.errors import CaseError, EngineError, Failed
+from cases import room
+from cases.errors import CaseError, Failed, printable
 
 CHARACTERS = 200  # of a command in a message
-
-
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def reason(error: OSError) -> str:
@@ -40,13 +37,11 @@ def told(path: Path) -> Iterator[None]:
     to, EngineError where room ran out.
     """
     try:
-        yield
+        with room.enough(path):
+            yield
     except BrokenPipeError:  # nobody listens any more
         raise
     except OSError as error:
-        if error.errno in FULL:
-            line = f"{path}: cannot be written ({reason(error)}) free some room, or choose another"
-            raise EngineError(f"{line} place") from error
         raise CaseError(
             f"{path}: cannot be written ({reason(error)}) choose another place"
         ) from error
@@ -113,7 +108,7 @@ def is_at(handle: int, path: Path) -> bool:
 def self_told() -> str:
     """Who works here, in one line."""
     words = shlex.join(getattr(sys, "orig_argv", sys.argv))
-    words = "".join(c if c.isprintable() else " " for c in words)[:CHARACTERS]
+    words = printable(words)[:CHARACTERS]
     now = datetime.datetime.now().strftime("%Y-%m-%d %H:%M:%S")
     return f"process {os.getpid()} (started {now} on {platform.node()}: {words})"
 
@@ -167,6 +162,15 @@ def scratch(folder: Path, name: str) -> Iterator[Path]:
     finally:
         shutil.rmtree(made, ignore_errors=True)
         os.close(handle)
+
+
+@contextmanager
+def temporary() -> Iterator[Path]:
+    """An empty folder where the machine keeps what is not kept, removed at the end; those that
+    killed processes of ours have left go with it.
+    """
+    with scratch(Path(tempfile.gettempdir()), "grainpair") as work:
+        yield work
 
 
 def remove_dead(old: Path):

@@ -4,20 +4,21 @@ A program says `progress <fraction> <text>` on standard output and, when it fail
 standard error.
 """
 
-import os
 import signal
-import subprocess
 import sys
 import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from subprocess import PIPE
 from typing import IO
 
 from tqdm import tqdm
 
-from cases.errors import CaseError, EngineError
+from cases import children
+from cases.errors import CaseError, EngineError, code_of
 from cases.programs import unstarted
+from cases.room import NoRoom
 
 
 @dataclass(frozen=True)
@@ -29,13 +30,17 @@ class Stage:
     name: str
     command: list
     dispensable: bool = False
+    result: Path | None = None  # a stage whose result is there has been done
+
+    def is_done(self) -> bool:
+        return self.result is not None and self.result.exists()
 
 
 class Bars:
     """One progress bar per stage, with the time left; for terminals."""
 
     def __init__(self, stages: list[Stage]):
-        width = max(len(stage.name) for stage in stages)
+        width = max((len(stage.name) for stage in stages), default=0)
         form = "{desc} {percentage:3.0f} % |{bar:24}| {elapsed} (left {remaining}){postfix}"
         self.bars = {
             stage.name: tqdm(
@@ -92,6 +97,16 @@ class Silence(Lines):
         pass
 
 
+class Told:
+    """`progress <fraction> <text>`, as programs of a run say it; for whoever watches this one."""
+
+    def update(self, name: str, fraction: float, text: str):
+        print(f"progress {fraction:.4f} {text}", flush=True)
+
+    def close(self):
+        pass
+
+
 def display(stages: list[Stage], quiet: bool) -> Bars | Lines:
     if quiet:
         return Silence(stages)
@@ -105,12 +120,12 @@ class Running:
         self.stage, self.shown = stage, shown
         self.errors: list[str] = []
         try:
-            self.process = subprocess.Popen(
-                [str(word) for word in stage.command],
+            self.process = children.start(
+                stage.command,
                 text=True,
                 errors="replace",
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
+                stdout=PIPE,
+                stderr=PIPE,
                 start_new_session=True,
             )
         except OSError as error:
@@ -137,12 +152,7 @@ class Running:
     def kill(self):
         """Ends the program and whatever it started."""
         if self.process.poll() is None:
-            os.killpg(self.process.pid, signal.SIGTERM)
-            try:
-                self.process.wait(timeout=5)
-            except subprocess.TimeoutExpired:
-                os.killpg(self.process.pid, signal.SIGKILL)
-                self.process.wait()
+            children.end(self.process, group=True)
 
     def check(self):
         """Raises CaseError or EngineError, with the program's own line, if it ended badly."""
@@ -152,16 +162,14 @@ class Running:
         if code == 0:
             return
         program = Path(self.stage.command[0]).name
-        if code < 0:
+        told = self.errors[-1] if self.errors else ""
+        if code < 0 and not code_of(told):
             raise EngineError(
                 f"{self.stage.name}: {program} was killed by {signal.Signals(-code).name}"
             )
-        line = (
-            self.errors[-1]
-            if self.errors
-            else f"{self.stage.name}: {program} ended with code {code} and no word"
-        )
-        raise CaseError(line) if code == 2 else EngineError(line)
+        line = told or f"{self.stage.name}: {program} ended with code {code} and no word"
+        failure = NoRoom if NoRoom.says(line) else EngineError
+        raise CaseError(line) if code == 2 else failure(line)
 
 
 def run_stages(stages: list[Stage], *, together: bool = False, quiet: bool = False):
@@ -179,8 +187,9 @@ def run_chains(chains: list[list[Stage]], *, quiet: bool = False) -> dict[str, s
     Returns what dispensable stages said that failed, by their names. Raises CaseError (exit code 2
     of a program) or EngineError (any other).
     """
+    chains = [[stage for stage in chain if not stage.is_done()] for chain in chains]
     shown = display([stage for chain in chains for stage in chain], quiet)
-    waiting = [list(chain) for chain in chains if chain]
+    waiting = [chain for chain in chains if chain]
     running: list[Running] = []
     failed: dict[str, str] = {}
     try:

@@ -67,6 +67,7 @@ Stiffness soften_continuum(Values& scene) {
   const std::string& law = scene.word("material.law");
   const bool of_springs = linear_in_strain(law), of_spheres = !of_springs && law != "lade_duncan";
   Stiffness out;
+  if (law == "external") return out;  // its stiffness is its own
   if (needed(scene, "mpm")) {
     const double asked = weight(scene) / scene.number("mpm.weight_to_stiffness");
     double factor = asked / skeleton(scene);

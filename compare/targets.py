@@ -1,10 +1,13 @@
-"""What a command line of grainpair needs built, and where; prints nothing where it needs nothing.
+"""What a command line of grainpair needs installed and built; prints nothing where that is nothing.
 
-Else, line by line: the folder of the sources, as CMake is told it; the build folder; a digest of
-the sources, which the launcher leaves there for each target that it has built; `ready` where all
-that is needed is there and of these sources, else `stale`; ninja's targets. A command's file says
-what it needs, as `TARGETS = ["…"]` or as a function `targets(words)`; where it says neither, it
-needs all the programs. Help, the version and words that are no command need nothing.
+Else, line by line: the lists of packages; then, where something is to be built, the folder of the
+sources, as CMake is told it; the build folder; a digest of the sources, which the launcher leaves
+there for each target that it has built; `ready` where all that is needed is there and of these
+sources, else `stale`; the parts of the build that ninja's targets belong to (GRAINPAIR_PARTS of
+CMakeLists.txt); these targets. A command's file says what it needs, as `TARGETS = ["…"]` or as a
+function `targets(words)`; where it says neither, it needs all the programs. By `PACKAGES = ["…"]`
+it names the lists packages-….txt that it needs besides packages.txt, by `{"--option": ["…"]}` what
+an option does. Help, the version and words that are no command need nothing.
 Only Python's own library is imported: the launcher asks before anything is installed.
 """
 
@@ -13,6 +16,7 @@ import importlib
 import os
 import re
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from cases.content import of_files
@@ -22,22 +26,73 @@ from cases.programs import ROOT, can_write, of_this_clone, user_cache
 
 COMMANDS = Path(__file__).parent / "commands"
 HELP = {"-h", "--help", "--version"}
-COMPILED = (".cpp", ".hpp", ".in", ".txt", ".cmake")  # suffixes
+COMPILED = (".cpp", ".hpp", ".c", ".h", ".f90", ".in", ".txt", ".cmake")  # suffixes
 PARTS = {"mpm_case": ["programs"]}  # targets that hold others
+EVERY_PART = ["laws", "tests", "benchmarks"]
+
+
+def command(words: list[str]) -> Path | None:
+    """The file of the command that the command line `words` starts with."""
+    asked = [word.replace("-", "_") for word in words[:1]]
+    return next((one for one in COMMANDS.glob("[a-z]*.py") if [one.stem] == asked), None)
 
 
 def targets(words: list[str]) -> list[str]:
     """Targets of the build that the command line `words` (without the launcher's name) needs."""
-    file = next((one for one in COMMANDS.glob("[a-z]*.py") if [one.stem] == words[:1]), None)
+    file = command(words)
     if file is None or HELP & set(words):
         return []
+    laws = ["laws"] if asks_example_law(words) else []
     for node in ast.parse(file.read_text()).body:
         match node:
             case ast.Assign(targets=[ast.Name("TARGETS")], value=value):
-                return ast.literal_eval(value)
+                named = list(ast.literal_eval(value))
+                return [*named, *laws] if named == ["programs"] else named
             case ast.FunctionDef(name="targets"):
                 return importlib.import_module(f"compare.commands.{file.stem}").targets(words[1:])
-    return ["programs"]
+    return ["programs", *laws]
+
+
+def packages(words: list[str]) -> list[str]:
+    """Names of the lists of packages that the command line `words` needs, if any."""
+    needed = targets(words)
+    file = command(words)
+    if file is None or HELP & set(words):
+        return []
+    more: list[str] = []
+    options = {"--profile": ["cluster"]}
+    for node in ast.parse(file.read_text()).body:
+        match node:
+            case ast.Assign(targets=[ast.Name("PACKAGES")], value=ast.Dict() as value):
+                options |= ast.literal_eval(value)
+            case ast.Assign(targets=[ast.Name("PACKAGES")], value=value):
+                more += ast.literal_eval(value)
+    given = tuple(word.split("=")[0] for word in words if len(word) > 4)  # may be cut short
+    for option, names in options.items():
+        more += names if any(map(option.startswith, given)) else []
+    more += ["laws"] if "laws" in needed else []
+    return ["packages.txt", *(f"packages-{name}.txt" for name in more)] if needed or more else []
+
+
+def asks_example_law(words: list[str]) -> bool:
+    """Whether a word, or the text of a case that it names, means a law of cases/laws."""
+    laws = ROOT / "cases" / "laws"
+    names = "|".join(file.stem for file in laws.glob("*") if file.suffix in (".c", ".f90"))
+    asked = re.compile(rf"(^|/)laws/|library\s*=\s*[\"']?(lib)?({names})\b")
+    texts = list(words)
+    for word in words:
+        for file in (Path(word), Path(word) / "case.toml", ROOT / "cases" / word / "case.toml"):
+            with suppress(OSError, ValueError):  # no name of a file, or no text
+                texts += [file.read_text()] if file.suffix == ".toml" and file.is_file() else []
+    return any(map(asked.search, texts))
+
+
+def parts(needed: list[str]) -> list[str]:
+    """The parts of the build, besides the programs, that the targets `needed` belong to."""
+    if "all" in needed:
+        return EVERY_PART
+    tests = ["tests"] if any(target.endswith("_test") for target in needed) else []
+    return [*(part for part in ("laws", "benchmarks") if part in needed), *tests]
 
 
 def sources(root: Path = ROOT) -> str:
@@ -61,9 +116,9 @@ def ready(folder: Path, needed: list[str], digest: str) -> bool:
 
 def plan(words: list[str]) -> list[str]:
     """The lines to print. Raises CaseError where CMake could not build there."""
-    needed = targets(words)
+    needed, lists = targets(words), packages(words)
     if not needed:
-        return []
+        return [" ".join(lists)] if lists else []
     digest, source, named = sources(), ROOT, os.environ.get("GRAINPAIR_BUILD")
     folder = Path(named or ROOT / "build" / "release")
     # What somebody else has built in his own clone is used as long as it is of its sources.
@@ -77,7 +132,8 @@ def plan(words: list[str]) -> list[str]:
             "GRAINPAIR_BUILD"
         )
     state = "ready" if ready(folder, needed, digest) else "stale"
-    return [str(source), str(folder), digest, state, *needed]
+    built = [str(source), str(folder), digest, state, ";".join(parts(needed)), *needed]
+    return [" ".join(lists), *built]
 
 
 def plain(path: Path) -> bool:

@@ -62,6 +62,23 @@ class Audit:
         self.initial, self.dt = start.held.total, start.dt
         self.row(start, 0.0)
 
+    def state(self) -> dict[str, np.ndarray]:
+        """All that samples and rows have changed since the release."""
+        return {
+            "accounts": self.accounts.state(),
+            "rows": np.array(list(self.rows.values())),
+            "enduring": np.array(self.enduring),
+            "force_error": np.array(self.force_error),
+            "initial": np.array(self.initial),
+        }
+
+    def take_up(self, kept: dict[str, np.ndarray]) -> None:
+        """Goes on with what `state` has told of another audit of the same run."""
+        self.accounts.take_up(kept["accounts"])
+        self.rows = defaultdict(list, zip(self.rows, kept["rows"].tolist()))
+        self.enduring = list(kept["enduring"])
+        self.force_error, self.initial = float(kept["force_error"]), float(kept["initial"])
+
     def row(self, moment: Moment, time: float) -> None:
         """One line of the history."""
         gone, enduring, self.force_error = self.accounts.row(moment)

@@ -11,15 +11,21 @@ import numpy as np
 from cases import openpmd
 from cases.errors import EngineError, Failure
 
-from . import scene
+from . import restart, scene
 from .audit import Audit, without_split
+from .checkpoint import Keeper, Unfinished
 from .contacts import Snapshot
 from .engine import Liggghts
 from .grains import Grains, time_step
 from .moment import Moment, planes_of
 from .output import Result
 from .packing import RESTART
+from .process import Voice
+from .restart import State
 from .spent import Spent
+
+
+RELEASE = "reset_timestep 0\nrun 0"
 
 
 @dataclass(frozen=True)
@@ -52,43 +58,77 @@ class Plan:
         return cls(dt, sample, row, frame, last, scale)
 
 
-def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -> str:
-    """Commands from the settled packing to the instant of release.
-
-    The gate is gone by then, or about to be lifted. They are for an engine that works in the folder
-    `work`, where the files that they name are put.
+def settled(case: dict, grains: Grains, packing: Path, work: Path) -> str:
+    """Commands that read the settled packing, for an engine that works in the folder `work`, where
+    the file that they name is put.
     """
     shutil.copyfile(packing / RESTART, work / RESTART)
+    return scene.beginning(case, grains, f"read_restart {RESTART}", grains.young_modulus)
+
+
+def acting(case: dict, grains: Grains, plan: Plan, work: Path, lifted: bool) -> str:
+    """Commands for all that acts on the grains once they are released; `lifted`: a gate that rises,
+    whose file is put into `work`.
+    """
     commands = [
-        scene.beginning(case, grains, f"read_restart {RESTART}", grains.young_modulus),
         scene.material(case, grains, grains.young_modulus, grains.friction),
         scene.bodies(case, grains),
         f"timestep {plan.dt:.17g}",
-        scene.lifted_gate(case, grains, work / "gate.stl")
-        if case["walls"]["gate"] == "lifted"
-        else "",
+        scene.lifted_gate(case, grains, work / "gate.stl") if lifted else "",
         f"thermo {plan.row}",
-        "reset_timestep 0",
-        "run 0",
     ]
     return "\n".join(commands)
+
+
+def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -> str:
+    """Commands from the settled packing to the instant of release: the gate is gone by then, or
+    about to be lifted.
+    """
+    lifted = case["walls"]["gate"] == "lifted"
+    begin, act = settled(case, grains, packing, work), acting(case, grains, plan, work, lifted)
+    return "\n".join([begin, act, RELEASE])
 
 
 class Column:
     """The grains while they collapse: the engine, and what is looked at of it."""
 
-    def __init__(self, case: dict, packing: Path, log: Path):
-        """From the settled `packing`, a folder, to the instant of release."""
+    def __init__(self, case: dict, packing: Path, log: Path, kept: State | None = None):
+        """From the settled `packing`, a folder, to the instant of release, or to a state that was
+        `kept`.
+        """
         self.case, self.grains, self.plan = case, Grains.of(case), Plan.of(case)
         geometry, walls = case["geometry"], case["walls"]
         self.engine = Liggghts(log)
-        self.engine.commands(release(case, self.grains, self.plan, packing, log.parent))
+        self.lifted = walls["gate"] == "lifted" if kept is None else bool(kept["lifted"])
+        if kept is None:
+            begin = settled(case, self.grains, packing, log.parent)
+            self.engine.commands(begin)
+            self.bounds = self.engine.bounds()
+            act = acting(case, self.grains, self.plan, log.parent, self.lifted)
+            self.engine.commands(f"{act}\n{RELEASE}")
+        else:
+            self.bounds = kept["bounds"]
+            self.resume(kept, log.parent)
         self.count, self.walls = self.engine.count(), scene.planes(case, self.grains)
         self.thickness = geometry["thickness"] if walls["front_back"] == "periodic" else None
         self.moment = Moment(self.grains, self.plan.dt, geometry["gravity"], self.thickness)
-        self.lifted = walls["gate"] == "lifted"
         beyond = geometry["height"] + self.grains.diameter
-        self.gate_gone = beyond / walls["gate_speed"] if self.lifted else 0.0  # [s]
+        speed = walls["gate_speed"]
+        self.gate_gone = beyond / speed if walls["gate"] == "lifted" else 0.0  # [s]
+
+    def resume(self, kept: State, work: Path) -> None:
+        """To a state that was kept."""
+        case, grains = self.case, self.grains
+        with restart.in_memory(kept["restart"].tobytes()) as path:
+            begin = scene.beginning(case, grains, f"read_restart {path}", grains.young_modulus)
+            self.engine.commands(begin)
+        self.engine.commands(acting(case, grains, self.plan, work, self.lifted))
+        restart.resume(self.engine, self.bounds, kept)
+
+    def state(self) -> State:
+        """What `resume` takes."""
+        kept = {"lifted": np.array(self.lifted), "bounds": self.bounds}
+        return restart.state(self.engine) | kept
 
     def standing(self, now: float) -> list[scene.Plane]:
         """The walls that stand."""
@@ -131,59 +171,162 @@ class Column:
             )
 
 
-def collapse(case: dict, packing: Path, log: Path, target: Path, attributes: dict, report) -> None:
-    """Runs the collapse in this process and writes `target`.
+class Collapse:
+    """A collapse on its way: the grains, their accounts, and the result so far.
 
     Ends at rest (kinetic energy on the floor below time.rest_kinetic_energy of its peak, past the
     peak) or at time.maximum. Grains that have rolled off the floor's end never stop, and the
     deposit does not wait for them.
     """
-    began, spent = time.monotonic(), Spent()
-    column = Column(case, packing, log)
-    plan, sampled = column.plan, case["dem"]["audit_interval"] > 0
-    spent.began()
-    with spent.on("audit"):
-        audit = audit_of(case, column)
-    step, peak, reason = 0, 0.0, "maximum"
 
-    def frame() -> Snapshot:
-        now = step * plan.dt
-        with spent.on("output"):
-            shot = column.snapshot(now)
-            gone = audit.accounts.by_grain(column.moment) if sampled else None
-            result.frame(step, now, shot, case["output"]["contacts"], gone)
+    def __init__(
+        self,
+        case: dict,
+        packing: Path,
+        log: Path,
+        target: Path,
+        attributes: dict,
+        keeper: Keeper,
+        kept: State | None,
+    ):
+        """From the settled `packing`, or from what is `kept`; writes `target`."""
+        self.began, self.spent = time.monotonic(), Spent()
+        self.case, self.packing, self.target = case, packing, target
+        self.attributes, self.keeper = attributes, keeper
+        self.column = Column(case, packing, log, kept)
+        self.plan, self.sampled = self.column.plan, case["dem"]["audit_interval"] > 0
+        self.spent.began()
+        with self.spent.on("audit"):
+            self.audit = audit_of(case, self.column)
+        self.step, self.peak, self.earlier = 0, 0.0, np.zeros(2)  # step: of the last sample
+        self.wanted: int | None = None  # step from which on a checkpoint is wanted
+        with self.spent.on("output"):
+            self.result, self.frames = Result(target, attributes), 0  # in this file
+        if kept is None:
+            self.frame()
+        else:
+            self.take_up(kept)
+
+    @property
+    def now(self) -> float:
+        """Since the release [s]."""
+        return self.step * self.plan.dt
+
+    def go(self, report: Voice) -> None:
+        """To the end, and the result complete."""
+        plan, reason, shot = self.plan, "maximum", None
+        while self.step < plan.last and reason != "rest":
+            self.advance()
+            with self.spent.on("audit"):
+                if self.sample():
+                    reason = "rest"
+            if self.step % plan.row == 0:
+                told = f"collapse t = {self.now / plan.scale:.2f} sqrt(H/g)"
+                report(self.step / plan.last, told)
+            if self.step % plan.frame == 0 or reason == "rest" or self.step >= plan.last:
+                shot = self.frame()
+            with self.spent.on("engine"):
+                self.column.drop_gate(self.now)
+        assert shot
+        with self.spent.on("output"):
+            self.keeper.merge(self.result.file)
+            write_history(self.result, self.audit, self.sampled)
+            error = self.audit.force_error
+            finish(self.result, self.packing, self.case, shot, plan, reason, self.step, error)
+        cpu, wall = self.taken()
+        close(self.result, cpu, wall, self.spent.attributes())
+
+    def advance(self) -> None:
+        """To the next sample. A checkpoint that is due is kept on the way, where one can be
+        (restart.py): from then on step by step.
+        """
+        engine, end = self.column.engine, self.step + self.plan.sample
+        at = engine.step()
+        if self.wanted is None and self.keeper.due():
+            self.wanted = restart.next_sort(at)
+        if self.wanted is not None and at < end and end >= self.wanted:
+            with self.spent.on("engine"):
+                at = engine.reach(max(at, self.wanted - 1))
+                listed = False
+                while at < end and not listed:
+                    at = engine.reach(at + 1)
+                    listed = engine.has_listed()
+            if listed:
+                self.keep(at)
+                self.wanted = None
+        with self.spent.on("engine"):
+            engine.reach(end)
+        self.step = end
+
+    def sample(self) -> bool:
+        """Looks at all contacts; whether the grains have come to rest."""
+        moment, audit = self.column.look(self.now), self.audit
+        if self.sampled:
+            audit.accounts.add(moment)
+        if self.step % self.plan.row:
+            return False
+        self.column.refuse_losses(self.now)
+        audit.row(moment, self.now)
+        self.peak = max(self.peak, moment.held.kinetic)
+        quiet = self.case["time"]["rest_kinetic_energy"] * self.peak
+        return self.now > self.plan.scale and self.column.kinetic_on_floor() < quiet
+
+    def frame(self) -> Snapshot:
+        with self.spent.on("output"):
+            shot = self.column.snapshot(self.now)
+            gone = self.audit.accounts.by_grain(self.column.moment) if self.sampled else None
+            self.result.frame(self.step, self.now, shot, self.case["output"]["contacts"], gone)
+            self.frames += 1
         return shot
 
-    with spent.on("output"):
-        result = Result(target, attributes)
-    shot = frame()
-    while step < plan.last and reason != "rest":
-        with spent.on("engine"):
-            column.engine.advance(plan.sample)
-        step += plan.sample
-        now = step * plan.dt
-        with spent.on("audit"):
-            moment = column.look(now)
-            if sampled:
-                audit.accounts.add(moment)
-            if step % plan.row == 0:
-                column.refuse_losses(now)
-                audit.row(moment, now)
-                peak = max(peak, moment.held.kinetic)
-                quiet = case["time"]["rest_kinetic_energy"] * peak
-                if now > plan.scale and column.kinetic_on_floor() < quiet:
-                    reason = "rest"
-        if step % plan.row == 0:
-            report(step / plan.last, f"collapse t = {now / plan.scale:.2f} sqrt(H/g)")
-        if step % plan.frame == 0 or reason == "rest" or step >= plan.last:
-            shot = frame()
-        with spent.on("engine"):
-            column.drop_gate(now)
-    with spent.on("output"):
-        write_history(result, audit, sampled)
-        finish(result, packing, case, shot, plan, reason, step, audit.force_error)
-    cpu, wall = time.process_time(), time.monotonic() - began
-    close(result, cpu, wall, spent.attributes())
+    def keep(self, step: int) -> None:
+        """A checkpoint at `step`, between two samples."""
+        with self.spent.on("output"):
+            if self.frames:
+                self.result.file.close()
+                self.keeper.take_frames(self.target)
+                self.result, self.frames = Result(self.target, self.attributes), 0
+            state = self.column.state() | self.audit.state()
+            self.keeper.keep(step, state | self.own_state(step))
+
+    def own_state(self, step: int) -> State:
+        told = {
+            "time": step * self.plan.dt,
+            "sampled": self.step,
+            "peak": self.peak,
+            "spent": list(self.spent.seconds.values()),
+            "taken": self.taken(),
+        }
+        return {name: np.array(value) for name, value in told.items()}
+
+    def take_up(self, kept: State) -> None:
+        self.step, self.peak = int(kept["sampled"]), float(kept["peak"])
+        self.audit.take_up(kept)
+        self.spent.add(kept["spent"])
+        self.earlier = kept["taken"]
+
+    def taken(self) -> np.ndarray:
+        """Processor time and time of the clock (2,) [s], those of earlier parts of the run, up to
+        their checkpoint, with them.
+        """
+        return self.earlier + (time.process_time(), time.monotonic() - self.began)
+
+
+def collapse(
+    case: dict,
+    packing: Path,
+    log: Path,
+    target: Path,
+    attributes: dict,
+    unfinished: Unfinished,
+    kept: State | None,
+    report: Voice,
+) -> None:
+    """Runs the collapse in this process, from the settled `packing` or on from what is `kept`, and
+    writes `target`.
+    """
+    keeper = Keeper(unfinished, int(kept["segments"]) if kept else 0, report)
+    Collapse(case, packing, log, target, attributes, keeper, kept).go(report)
 
 
 def audit_of(case: dict, column: Column) -> Audit:

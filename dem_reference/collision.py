@@ -7,7 +7,6 @@ every step.
 """
 
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from cases import command_line
 from cases.case import load
 from cases.errors import CaseError, EngineError, Failure
+from cases.scratch import temporary
 
 from . import scene
 from .contacts import Snapshot, dot
@@ -150,8 +150,8 @@ def table(case: dict, young_modulus: float, fraction: float) -> np.ndarray:
     """
     grains = Grains.of(case, young_modulus)
     dt = fraction * grains.rayleigh_time()
-    with tempfile.TemporaryDirectory() as folder:
-        log = Path(folder) / "log"
+    with temporary() as folder:
+        log = folder / "log"
         return run_engine(collide, case, grains, dt, log, log=log).result
 
 

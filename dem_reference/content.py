@@ -12,7 +12,7 @@ from cases import content
 from cases.case import Case, parse
 from cases.errors import EngineError
 from cases.files import write_atomically
-from cases.programs import ROOT, call, kept, name_of, program
+from cases.programs import ROOT, call, kept, name_of, plain, program
 
 SCRIPTS, LEDGER = "dem_reference/scripts", "dem_reference/ledger"
 RELEASE = ("walls.gate", "walls.gate_speed")  # of walls and dem, what a packing does not feel
@@ -102,9 +102,22 @@ def ensemble_key(case: Case | dict, ranks: int = 1, root: Path = ROOT) -> str:
     return content.digest([inputs(case), case["output"]["contacts"], ranks, engine(), made])
 
 
+def run_key(case: Case | dict, seed: int, script: bool, ranks: int, root: Path = ROOT) -> str:
+    """What decides every bit of a run's result, and so which checkpoints are its own."""
+    driver = "script" if script or ranks > 1 else "library"
+    return content.digest([ensemble_key(case, ranks, root), seed, driver])
+
+
 def ensemble_folder(case: Case, ranks: int = 1) -> Path:
-    """Where the runs of a case are kept, as <seed>.h5."""
-    return kept("ensembles", name_of(case.path), ensemble_key(case, ranks))
+    """Where the runs of a case are kept, as <seed>.h5; a name that a cluster's shell would read
+    (cases/workflow.py) is not part of it.
+    """
+    name = name_of(case.path)
+    return kept(
+        "ensembles",
+        name if plain(name) else content.digest(name),
+        ensemble_key(case, ranks),
+    )
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from cases import command_line, reading
 from cases.case import parse
 from cases.errors import exit_code
 from cases.files import check_table
+from cases.provenance import typed
 
 from .ensemble import save
 from .summary import scalars
@@ -86,7 +87,7 @@ def main() -> int:
         save(
             table,
             options.output,
-            " ".join(["python3 -m dem_reference.edge", *sys.argv[1:]]),
+            typed("python3 -m dem_reference.edge", sys.argv[1:]),
             "run-outs in L0 (R0): edge of the deposit, 99.5 % and 99 % of mass; other units as in "
             "an ensemble's table",
         )

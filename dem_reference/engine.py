@@ -31,7 +31,7 @@ def load_library() -> ctypes.CDLL:
         ) from None
     library.lammps_extract_atom.restype = ctypes.c_void_p
     library.lammps_extract_compute.restype = ctypes.c_void_p
-    library.lammps_extract_global.restype = ctypes.POINTER(ctypes.c_double)
+    library.lammps_extract_global.restype = ctypes.c_void_p
     return library
 
 
@@ -71,6 +71,12 @@ class Liggghts:
     def advance(self, steps: int) -> None:
         """Further steps without a new set-up: how a run is cut into pieces does not change it."""
         self.command(f"run {steps} pre no post no")
+
+    def reach(self, step: int) -> int:
+        """The same to the end of a step, which may be reached already; the step."""
+        if step > self.step():
+            self.advance(step - self.step())
+        return step
 
     def close(self) -> None:
         self.library.lammps_close(self._instance)
@@ -112,7 +118,24 @@ class Liggghts:
 
     def extent(self, name: str) -> float:
         """A coordinate of the simulation box, such as boxxhi [m]."""
-        return self.library.lammps_extract_global(self._instance, name.encode())[0]
+        return self._told(name, ctypes.c_double)
+
+    def bounds(self) -> np.ndarray:
+        """Of the simulation box: lower and upper of x, y, z (6,) [m]."""
+        names = [f"box{axis}{side}" for axis in "xyz" for side in ("lo", "hi")]
+        return np.array([self.extent(name) for name in names])
+
+    def step(self) -> int:
+        """Number of the last step."""
+        return self._told("ntimestep", ctypes.c_int64)
+
+    def has_listed(self) -> bool:
+        """Whether the last step has made the list of neighbours anew."""
+        return self._told("ago", ctypes.c_int32) == 0
+
+    def _told(self, name: str, kind):
+        address = self.library.lammps_extract_global(self._instance, name.encode())
+        return kind.from_address(address).value
 
     def held(self) -> Atoms:
         """Where the engine holds its grains; valid until the next command."""

@@ -1,33 +1,36 @@
 """Many seeds of one case: their scatter is the noise floor of every comparison.
 
     python3 -m dem_reference.ensemble CASE [--seeds N] [--first N] [--set key=value]... [--jobs N]
-        [--ranks N] [--profile DIR] [--name NAME] [--table FILE] [--dry-run]
+        [--ranks N] [--profile DIR] [--name NAME] [--table FILE] [--dry-run] [--quiet | --progress]
 
-Snakemake runs the seeds, two at a time unless told otherwise, takes up again where it was stopped,
-and on a cluster hands each seed to the scheduler (`--profile dem_reference/slurm`). Runs are kept
-in runs/ensembles/<case>/<key>, where the key is of what decides the grains
+Seeds run beside each other as far as there are cores and memory, and what was stopped is taken up
+again; on a cluster Snakemake hands each seed to the scheduler (`--profile dem_reference/slurm`).
+Runs are kept in runs/ensembles/<case>/<key>, where the key is of what decides the grains
 (dem_reference/content.py): asked again, by whatever name, they are there, and of another friction
 they are others. The table goes to cases/<case>/reference/<name>.csv unless told otherwise.
 """
 
 import json
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
-from cases import command_line, cores, workflow
+from cases import command_line, cores, student, workflow
 from cases.case import Case, load
 from cases.errors import CaseError, EngineError
 from cases.files import check_table, write_table
+from cases.jobs import Job
+from cases.members import Members
 from cases.programs import short
-from cases.provenance import about, head
+from cases.provenance import about, head, typed
 
-from . import content
+from . import content, cost, packing
 from .summary import SCALARS, scalars
 
+RUN = "dem_reference.run"  # the module that makes one
 UNITS = "units: " + ", ".join(f"{name} [{unit}]" for name, unit in SCALARS.items())
 
 
@@ -48,7 +51,7 @@ def scatter(target: Path) -> str:
     table = pd.read_csv(target, comment="#")
     n = len(table)
     half = (
-        stats.t.ppf(0.975, n - 1) * table.std(ddof=1) / np.sqrt(n)
+        student.quantile(0.975, n - 1) * table.std(ddof=1) / np.sqrt(n)
         if n > 1
         else table.mean() * np.nan
     )
@@ -61,17 +64,48 @@ def scatter(target: Path) -> str:
 
 
 def make(
-    case: Case, sets: list[str], seeds: range, where: workflow.Where, *, ranks=1, dry=False
+    case: Case,
+    sets: list[str],
+    seeds: range,
+    where: workflow.Where,
+    *,
+    ranks: int = 1,
+    dry: bool = False,
+    quiet: bool = False,
+    progress: bool = False,
 ) -> list[Path]:
-    """Runs the seeds that are missing; returns the file of each. `sets` are the assignments that
-    `case` was loaded with.
+    """Runs the seeds that are missing, and shows how far they are unless that is to be `quiet`, or
+    said as `progress` lines; returns the file of each. `sets` are the assignments that `case` was
+    loaded with.
     """
     folder = content.ensemble_folder(case, ranks)
     path = case.path.parent if case.path.name == "case.toml" else case.path
-    config = {"case": str(short(path)), "set": sets, "ranks": ranks, "seeds": list(seeds)}
-    snakefile = Path(__file__).with_name("Snakefile")
-    workflow.run(snakefile, folder, config, where, dry=dry, alone=not dry)
-    return [folder / f"{seed}.h5" for seed in seeds]
+    files = {str(seed): folder / f"{seed}.h5" for seed in seeds}
+    common = [str(short(path)), *(word for one in sets for word in ("--set", one))]
+    common += ["--ranks", str(ranks), "--quiet"]
+    jobs = {
+        seed: Job(file, (RUN, *common, "-o", str(short(file)), "--seed", seed), ranks)
+        for seed, file in files.items()
+    }
+    members = Members(
+        "seeds of the grains",
+        files,
+        {name: f"seed {name}" for name in files},
+        seconds_of(case, files, ranks),
+        quiet,
+        progress,
+    )
+    workflow.run(jobs, folder, where, members, dry=dry, alone=not dry)
+    return list(files.values())
+
+
+def seconds_of(case: Case, names: Iterable[str], ranks: int) -> dict[str, float]:
+    """What each seed takes, as estimated [s]; nothing where the grains refuse the case."""
+    try:
+        one = cost.estimate(packing.dict_of(case)).seconds / ranks
+    except CaseError:
+        return {}
+    return {name: one for name in names}
 
 
 def parser() -> command_line.Parser:
@@ -89,9 +123,15 @@ def parser() -> command_line.Parser:
     )
     out.add_argument("--ranks", type=command_line.threads, default=1, help="MPI ranks of each")
     out.add_argument(
-        "--profile", type=Path, help="a Snakemake profile, such as dem_reference/slurm"
+        "--profile",
+        type=Path,
+        help="a Snakemake profile, such as dem_reference/slurm: the seeds go to a cluster",
     )
     out.add_argument("--dry-run", action="store_true", help="only show which seeds would run")
+    out.add_argument("--quiet", action="store_true", help="show no progress")
+    out.add_argument(
+        "--progress", action="store_true", help="print `progress <fraction> <text>` lines alone"
+    )
     out.add_argument("--name", default="ensemble", help="name of the table (default ensemble)")
     out.add_argument(
         "--table", type=Path, help="file of the table (cases/<case>/reference/<name>.csv)"
@@ -115,17 +155,26 @@ def main() -> int:
         table = options.table or folder / "reference" / f"{options.name}.csv"
         if not options.dry_run:
             check_table(table)
-        runs = make(case, options.set, seeds, where, ranks=options.ranks, dry=options.dry_run)
+        runs = make(
+            case,
+            options.set,
+            seeds,
+            where,
+            ranks=options.ranks,
+            dry=options.dry_run,
+            quiet=options.quiet,
+            progress=options.progress,
+        )
         if options.dry_run:
             return 0
-        tabulate(case, runs, table, " ".join(["python3 -m dem_reference.ensemble", *sys.argv[1:]]))
+        tabulate(case, runs, table, typed("python3 -m dem_reference.ensemble", sys.argv[1:]))
     except CaseError as error:
         print(error, file=sys.stderr)
         return 2
     except EngineError as error:
         print(f"ensemble: {error}", file=sys.stderr)
         return 3
-    print(scatter(table))
+    print("progress 1 done" if options.progress else scatter(table))
     return 0
 
 

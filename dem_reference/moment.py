@@ -137,6 +137,8 @@ def library() -> ctypes.CDLL:
         ("accounts_add", None, handle, handle),
         ("accounts_row", None, handle, handle, POINTER(_Row)),
         ("accounts_by_grain", None, handle, handle, handle),
+        ("accounts_state", c_int64, handle, handle),
+        ("accounts_take_up", yes, handle, handle, c_int64),
         ("accounts_finish", None, handle),
         ("accounts_classes", None, handle, POINTER(_Classes)),
     ]
@@ -296,6 +298,18 @@ class Accounts:
             array(told.heat, np.float64, classes, 2).copy(),
             array(told.count, np.int64, classes).copy(),
         )
+
+    def state(self) -> np.ndarray:
+        """All that samples have changed since the release (n,) [bytes]."""
+        out = np.empty(self.library.accounts_state(self._handle, None), np.uint8)
+        self.library.accounts_state(self._handle, out.ctypes.data)
+        return out
+
+    def take_up(self, state: np.ndarray) -> None:
+        """Goes on with what `state` has told of other accounts."""
+        state = np.ascontiguousarray(state, np.uint8)
+        if not self.library.accounts_take_up(self._handle, state.ctypes.data, state.size):
+            raise EngineError("checkpoint: of other accounts than those of this run")
 
     def finish(self) -> None:
         """The contacts still standing go to the class of their age."""

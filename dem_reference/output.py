@@ -22,10 +22,16 @@ from .scene import TYPES
 
 
 class Result:
-    """An HDF5 result file under construction at `path`."""
+    """An HDF5 result file under construction at `path`; a block that has it open closes it."""
 
     def __init__(self, path: Path, attributes: dict):
         self.file = openpmd.create(path, "dem", attributes)
+
+    def __enter__(self) -> "Result":
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.file.close()
 
     def frame(
         self,
@@ -36,7 +42,8 @@ class Result:
         dissipated: np.ndarray | None = None,
     ) -> None:
         """All grains, and their contacts if asked, at one time; dissipated: of each grain [J], in
-        the order of shot.atoms, where it is known.
+        the order of shot.atoms, where it is known. The file can be read up to here if the process
+        is killed later.
         """
         group = openpmd.frame(self.file, step, time, shot.dt)
         cloud = group.create_group("particles/cloud")
@@ -57,6 +64,7 @@ class Result:
             record("dissipated", dissipated[order], "J", np.float64)
         if contacts:
             self._contacts(group.create_group("contacts"), shot)
+        self.file.flush()
 
     def _contacts(self, group: h5py.Group, shot: Snapshot) -> None:
         ids, wall = shot.atoms["id"], shot.wall

@@ -19,6 +19,7 @@ kept. A seed fixes every random number, so a packing can be made again.
 """
 
 import os
+import shutil
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -28,8 +29,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from cases.errors import EngineError, Failure
-from cases.scratch import made_folders, named, scratch, told
+from cases import room
+from cases.errors import CaseError, EngineError, Failure
+from cases.h5_output import H5Output
+from cases.scratch import locked, made_folders, named, scratch, told
 
 from . import scene
 from .contacts import Snapshot
@@ -37,7 +40,7 @@ from .content import packing_key
 from .engine import Liggghts
 from .grains import Grains, time_step
 from .initial_state import box_stress, fields
-from .process import Report, run_engine
+from .process import Report, fails_again, run_engine
 from .void_ratio import bulk_box, quarter_bulk_box, void_ratio
 
 RESTART = "packing.restart"
@@ -97,7 +100,7 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
         scene.planes(case, attempt.grains) + scene.closed_gate(case),
     )
     engine.command(f"write_restart {RESTART}")  # in the log's folder
-    with h5py.File(folder / "packing.h5", "w") as file:
+    with H5Output(folder / "packing.h5") as file:
         describe(file, case, shot)
         file.attrs.update(
             seed=seed, packing_friction=friction, packing_damping=damping, protocol=__doc__.strip()
@@ -242,7 +245,7 @@ def attempted(report: Report, attempt: int, done: float, text: str) -> None:
 def obtain(case: dict, seed: int, store: Path, report) -> Path:
     """Folder of the case's packing (packing.restart, packing.h5) in `store`.
 
-    Made unless it is there already.
+    Made unless it is there already, from the attempts on that a killed process has completed.
     """
     time_step(
         Grains.of(case),
@@ -251,51 +254,93 @@ def obtain(case: dict, seed: int, store: Path, report) -> Path:
         case["geometry"]["gravity"],
     )
     target = store / packing_key(case, seed)
+    unfinished = target.with_name(f"{target.name}.unfinished")
     if target.is_dir():
+        shutil.rmtree(unfinished, ignore_errors=True)  # killed before it could
         report(1.0, "packing found")
         return target
-    asked, dem = case["initial"]["void_ratio"], case["dem"]
     with ExitStack() as stack:
         stack.enter_context(told(store))
         stack.enter_context(made_folders(store))
         work = stack.enter_context(scratch(store, "packing")).resolve()  # engines work elsewhere
         stack.enter_context(named(work, store))
-        tried, best, cpu = [], None, 0.0
-        friction, damping = dem["packing_friction"], dem["packing_damping"]
-        for attempt in range(dem["packing_attempts"]):
-            folder = work / str(attempt)
-            folder.mkdir()
-            cpu += run_engine(
-                prepare,
-                dict_of(case),
-                seed,
-                friction,
-                damping,
-                folder,
-                log=folder / "log",
-                report=partial(attempted, report, attempt),
-            ).cpu_seconds
-            with h5py.File(folder / "packing.h5") as file:
-                found = float(file.attrs["void_ratio"])
-            tried.append((friction, damping, found))
-            if best is None or abs(found - asked) < abs(tried[best][2] - asked):
-                best = attempt
-            if abs(found - asked) <= dem["void_ratio_tolerance"]:
-                break
-            friction, damping = next_try(friction, damping, found, asked)
-        kept = work / str(best)
-        with h5py.File(kept / "packing.h5", "a") as file:
+        try:
+            stack.enter_context(locked(target.with_name(f".{target.name}.lock"), target))
+        except CaseError:  # somebody makes the same packing: each for himself
+            unfinished = work / "completed"
+        try:
+            tried, best, cpu = search(case, seed, work, unfinished.resolve(), report)
+        except BaseException as error:
+            if fails_again(error):
+                shutil.rmtree(unfinished, ignore_errors=True)
+            raise
+        kept = work / "kept"
+        shutil.copytree(unfinished / str(best), kept)
+        with H5Output(kept / "packing.h5", "a") as file:
             file["attempts"] = np.array(tried)
             file["attempts"].attrs.update(
                 unit="-", doc="pouring friction, damping, void ratio of each attempt"
             )
             file.attrs.update(cpu_seconds=cpu, engine_version=engine_version(kept / "log"))
+        settle(kept)
         try:
             os.rename(kept, target)
         except OSError:  # another run made the same packing meanwhile
             if not target.is_dir():
                 raise
+        shutil.rmtree(unfinished, ignore_errors=True)
     return target
+
+
+def search(
+    case: dict, seed: int, work: Path, completed: Path, report: Report
+) -> tuple[list[tuple[float, float, float]], int, float]:
+    """Makes the attempts that are not `completed` yet, a folder that gets each as soon as it is.
+
+    Returns pouring friction, damping and void ratio of each, number of the best, processor time of
+    all [s].
+    """
+    asked, dem = case["initial"]["void_ratio"], case["dem"]
+    tried: list[tuple[float, float, float]] = []
+    best, cpu = 0, 0.0
+    friction, damping = dem["packing_friction"], dem["packing_damping"]
+    for attempt in range(dem["packing_attempts"]):
+        done = completed / str(attempt)
+        if not done.is_dir():
+            say = partial(attempted, report, attempt)
+            complete(dict_of(case), seed, friction, damping, work / str(attempt), done, say)
+        with h5py.File(done / "packing.h5") as file:
+            found = float(file.attrs["void_ratio"])
+            cpu += float(file.attrs["cpu_seconds"])
+        tried.append((friction, damping, found))
+        if abs(found - asked) < abs(tried[best][2] - asked):
+            best = attempt
+        if abs(found - asked) <= dem["void_ratio_tolerance"]:
+            break
+        friction, damping = next_try(friction, damping, found, asked)
+    return tried, best, cpu
+
+
+def complete(
+    case: dict, seed: int, friction: float, damping: float, folder: Path, done: Path, say: Report
+) -> None:
+    """One attempt in a process of its own, made in `folder`, which is named `done` when it is on
+    the disk.
+    """
+    folder.mkdir()
+    words = case, seed, friction, damping, folder
+    spent = run_engine(prepare, *words, log=folder / "log", report=say).cpu_seconds
+    with H5Output(folder / "packing.h5", "a") as file:
+        file.attrs["cpu_seconds"] = spent
+    settle(folder)
+    done.parent.mkdir(exist_ok=True)
+    os.rename(folder, done)
+
+
+def settle(folder: Path) -> None:
+    """Waits until the files of a folder are on the disk. Raises OSError."""
+    for file in folder.iterdir():
+        room.settle(file)
 
 
 def dict_of(case) -> dict:

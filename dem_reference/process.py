@@ -3,10 +3,10 @@
 LIGGGHTS ends its process on any error, and holds one simulation only.
 """
 
+import errno
 import multiprocessing
 import os
 import resource
-import shutil
 import signal
 import sys
 from collections.abc import Callable
@@ -14,12 +14,38 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cases.errors import CaseError, EngineError, Failure
+from cases import children, room
+from cases.errors import CaseError, EngineError, Failed, Failure
 from cases.scratch import reason
 
 LEAST_ROOM = 1e6  # [bytes] with less of it an engine's end is put down to the disk
 
 Report = Callable[[float, str], None]  # takes the fraction done and a few words
+
+
+class Interrupted(EngineError):
+    """Somebody ended the engine: nothing is wrong with the run."""
+
+
+def fails_again(error: BaseException) -> bool:
+    """Whether the same command would fail by it again: not where it was interrupted, or the disk is
+    full.
+    """
+    return isinstance(error, Failed) and not isinstance(error, (Interrupted, room.NoRoom))
+
+
+class Voice:
+    """How a child tells its parent of its work: it is a Report, and it can warn."""
+
+    def __init__(self, pipe: Connection):
+        self._pipe = pipe
+
+    def __call__(self, done: float, text: str) -> None:
+        self._pipe.send(("progress", done, text))
+
+    def warn(self, line: str) -> None:
+        """Has the parent say a line on standard error."""
+        self._pipe.send(("warned", line))
 
 
 class Done(NamedTuple):
@@ -32,7 +58,7 @@ class Done(NamedTuple):
 def run_engine(
     work: Callable, *arguments, log: Path, report: Report = lambda done, text: None
 ) -> Done:
-    """Calls work(*arguments, report) in a child process that may use the engine.
+    """Calls work(*arguments, voice) in a child process that may use the engine.
 
     `work` is a function of a module, and what it takes and returns can be pickled; paths reach it
     complete, because the engine moves to the folder of its log. Raises what the
@@ -43,7 +69,7 @@ def run_engine(
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     screen = log.with_name("errors")
-    child = context.Process(target=_child, args=(theirs, work, arguments, screen))
+    child = context.Process(target=_child, args=(os.getpid(), theirs, work, arguments, screen))
     child.start()
     theirs.close()
     outcome = None
@@ -52,6 +78,8 @@ def run_engine(
             kind, *rest = ours.recv()
             if kind == "progress":
                 report(*rest)
+            elif kind == "warned":
+                print(*rest, file=sys.stderr, flush=True)
             else:
                 outcome = kind, rest
     except EOFError:
@@ -71,21 +99,28 @@ def run_engine(
     raise error(text)
 
 
-def _child(pipe: Connection, work: Callable, arguments: tuple, screen: Path) -> None:
+def _child(parent: int, pipe: Connection, work: Callable, arguments: tuple, screen: Path) -> None:
+    children.die_with(parent)
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # as whoever is interrupted, not as who fails
     handle = os.open(screen, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(handle, 1)  # MPI's and the engine's own words
     os.dup2(handle, 2)
     try:
-        result = work(*arguments, lambda done, text: pipe.send(("progress", done, text)))
+        result = work(*arguments, Voice(pipe))
         usage = resource.getrusage(resource.RUSAGE_SELF)
         pipe.send(("done", result, usage.ru_utime + usage.ru_stime))
     except (CaseError, EngineError) as error:
         pipe.send(("failed", type(error), str(error)))
-    except OSError as error:
-        what = error.filename or screen.parent
-        pipe.send(("failed", EngineError, f"{what}: cannot be written ({reason(error)})"))
     except MemoryError:
         pipe.send(("failed", EngineError, "LIGGGHTS: out of memory choose larger grains"))
+    except Exception as error:
+        what = getattr(error, "filename2", "") or getattr(error, "filename", "") or screen.parent
+        if room.is_full(error):
+            pipe.send(("failed", room.NoRoom, str(room.lacking(Path(what), error))))
+        elif isinstance(error, OSError):
+            pipe.send(("failed", EngineError, f"{what}: cannot be written ({reason(error)})"))
+        else:
+            raise
     pipe.close()
     sys.stdout.flush()
     os._exit(0)  # without MPI's farewell
@@ -95,8 +130,8 @@ def refuse_full_disk(folder: Path) -> None:
     """Engines do not tell why they cannot write, and may crash over it. Raises EngineError where
     there is no room.
     """
-    if shutil.disk_usage(folder).free < LEAST_ROOM:
-        raise EngineError(f"{folder}: cannot be written (the disk is full) free some room")
+    if room.free(folder) < LEAST_ROOM:
+        raise room.lacking(folder, OSError(errno.ENOSPC, ""))
 
 
 def stopped(exit_code: int | None, words: str) -> EngineError:
@@ -106,7 +141,9 @@ def stopped(exit_code: int | None, words: str) -> EngineError:
         code = Failure.CPU_LIMIT
     elif "Lost atoms" in words:
         code = Failure.LOST_GRAINS
-    return EngineError(f"LIGGGHTS: stopped with code {exit_code} ({words})", code)
+    ended = exit_code in (-signal.SIGKILL, -signal.SIGTERM, -signal.SIGINT)
+    kind = Interrupted if ended else EngineError
+    return kind(f"LIGGGHTS: stopped with code {exit_code} ({words})", code)
 
 
 def last_error(log: Path, screen: Path) -> str:
@@ -118,4 +155,4 @@ def last_error(log: Path, screen: Path) -> str:
     said = [line.strip() for line in lines if "ERROR" in line] or [
         line.strip() for line in lines if line.strip()
     ]
-    return "".join(c for c in said[-1] if c.isprintable()) if said else "it said nothing"
+    return said[-1] if said else "it said nothing"

@@ -4,9 +4,9 @@
         [--progress] [--driver library|script] [--ranks N]
 """
 
-import signal
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -19,7 +19,9 @@ from cases.programs import kept
 from cases.scratch import reason
 
 from . import cost, packing
+from .checkpoint import Unfinished
 from .collapse import Plan, collapse
+from .content import run_key
 from .grains import Grains
 from .process import run_engine
 from .script import collapse_by_script
@@ -62,7 +64,13 @@ def run(
     refuse(tables)
     Plan.of(tables)
     cost.refuse_more_than_there_is(tables)
-    with owned(output) as target:
+    takes, interval = cost.estimate(tables), tables["output"]["checkpoint_interval"]
+    unfinished = Unfinished.of(output, interval=interval)
+    if interval > 0 or unfinished.folder.exists():
+        unfinished = replace(unfinished, key=run_key(case, seed, script, ranks))
+    # with checkpoints, frames are there twice at the end: in segments, and in the result
+    room = takes.disk * (2 if 0 < interval < takes.seconds else 1)
+    with owned(output, room, unfinished.remove) as target, unfinished.until_done() as kept:
         settled = packing.obtain(tables, seed, store, progress.part(0.0, PACKING_SHARE))
         with h5py.File(settled / "packing.h5") as made:
             version = made.attrs["engine_version"]
@@ -82,7 +90,8 @@ def run(
         if script or ranks > 1:
             collapse_by_script(tables, settled, log, target, attributes, ranks, report)
         else:
-            run_engine(collapse, tables, settled, log, target, attributes, log=log, report=report)
+            words = tables, settled, log, target, attributes, unfinished, kept
+            run_engine(collapse, *words, log=log, report=report)
     progress.part(0, 1)(1.0, "done")
 
 
@@ -151,9 +160,6 @@ def main(words: list[str] | None = None) -> int:
     command = " ".join(
         ["python3 -m dem_reference.run", *(sys.argv[1:] if words is None else words)]
     )
-    signal.signal(
-        signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM)
-    )  # so that everything is cleaned up
     try:
         run(
             load(options.case, options.set),

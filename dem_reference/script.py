@@ -11,12 +11,12 @@ energy are interpolated between frames.
 import os
 import shutil
 import struct
-import subprocess
 import time
 from pathlib import Path
 
 import numpy as np
 
+from cases import children
 from cases.errors import CaseError
 from cases.programs import unstarted
 
@@ -84,35 +84,35 @@ def collapse_by_script(
     run_script(log, ranks, plan, report)
     history = thermo(log)
     steps = sorted(int(path.name.split(".")[1]) for path in work.glob("atoms.*.bin"))
-    result = Result(target, attributes)
     elastic, fluctuation, walls = [], [], scene.planes(case, grains)
     thickness = case["geometry"]["thickness"] if case["walls"]["front_back"] == "periodic" else None
-    for step in steps:
-        shot = Snapshot(
-            grains,
-            read_atoms(work / f"atoms.{step}.bin"),
-            read_contacts(work / f"pairs.{step}"),
-            plan.dt,
-            case["geometry"]["gravity"],
-            thickness,
-            walls,
-        )
-        result.frame(step, step * plan.dt, shot, case["output"]["contacts"])
-        elastic.append(shot.held.elastic)
-        radial = scene.axisymmetric(case)
-        fluctuation.append(fluctuation_energy(shot.moment.atoms, grains, radial))
-    rows = {
-        name: history[:, k] for k, name in ((3, "kinetic"), (4, "rotational"), (5, "potential"))
-    }
-    rows["time"] = history[:, 0] * plan.dt
-    rows["elastic"] = np.interp(history[:, 0], steps, elastic)
-    rows["fluctuation"] = np.interp(history[:, 0], steps, fluctuation)
-    rows["time_step"] = np.full(len(history), plan.dt)
-    result.history(without_split(rows))
-    reason = "rest" if steps[-1] < plan.last else "maximum"
-    finish(result, packing, case, shot, plan, reason, steps[-1], 0.0)
-    cpu, wall = sum(os.times()[2:4]) - began[1], time.monotonic() - began[0]
-    close(result, cpu, wall, {})  # the program does not tell its steps from its start and dumps
+    with Result(target, attributes) as result:
+        for step in steps:
+            shot = Snapshot(
+                grains,
+                read_atoms(work / f"atoms.{step}.bin"),
+                read_contacts(work / f"pairs.{step}"),
+                plan.dt,
+                case["geometry"]["gravity"],
+                thickness,
+                walls,
+            )
+            result.frame(step, step * plan.dt, shot, case["output"]["contacts"])
+            elastic.append(shot.held.elastic)
+            radial = scene.axisymmetric(case)
+            fluctuation.append(fluctuation_energy(shot.moment.atoms, grains, radial))
+        rows = {
+            name: history[:, k] for k, name in ((3, "kinetic"), (4, "rotational"), (5, "potential"))
+        }
+        rows["time"] = history[:, 0] * plan.dt
+        rows["elastic"] = np.interp(history[:, 0], steps, elastic)
+        rows["fluctuation"] = np.interp(history[:, 0], steps, fluctuation)
+        rows["time_step"] = np.full(len(history), plan.dt)
+        result.history(without_split(rows))
+        reason = "rest" if steps[-1] < plan.last else "maximum"
+        finish(result, packing, case, shot, plan, reason, steps[-1], 0.0)
+        cpu, wall = sum(os.times()[2:4]) - began[1], time.monotonic() - began[0]
+        close(result, cpu, wall, {})  # the program does not tell its steps from its start and dumps
 
 
 def run_script(log: Path, ranks: int, plan: Plan, report: Report) -> None:
@@ -120,15 +120,14 @@ def run_script(log: Path, ranks: int, plan: Plan, report: Report) -> None:
     work = log.parent
     screen = work / "screen"
     with screen.open("w") as out:
-        engine = subprocess.Popen(
-            [*command(ranks), "-in", "collapse.in", "-log", log.name],
-            cwd=work,
-            stdout=out,
-            stderr=out,
-        )
-        while engine.poll() is None:
-            report(len(list(work.glob("atoms.*.bin"))) * plan.frame / plan.last, "collapse")
-            time.sleep(0.2)
+        words = [*command(ranks), "-in", "collapse.in", "-log", log.name]
+        engine = children.start(words, cwd=work, stdout=out, stderr=out)
+        try:
+            while engine.poll() is None:
+                report(len(list(work.glob("atoms.*.bin"))) * plan.frame / plan.last, "collapse")
+                time.sleep(0.2)
+        finally:
+            children.end(engine)
     if engine.returncode:
         refuse_full_disk(work)
         raise stopped(engine.returncode, last_error(log, screen))

@@ -11,7 +11,6 @@ overlap: trajectories differ, statistics should not.
 """
 
 import sys
-import tempfile
 from math import sqrt
 from pathlib import Path
 
@@ -22,6 +21,8 @@ from cases import command_line, reading
 from cases.case import parse
 from cases.errors import EngineError, exit_code
 from cases.files import check_table
+from cases.provenance import typed
+from cases.scratch import temporary
 
 from . import lammps, scene
 from .collapse import Plan
@@ -130,8 +131,7 @@ def run(path: Path, folder: Path, law: str = LAWS[0]) -> dict:
 
 def collapse(path: Path) -> dict[str, float]:
     """COMPARED scalars of the LAMMPS run that answers to a dem.h5, defined as in summary.py."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with temporary() as folder:
         case = run(path, folder)
         history = thermo(folder / "log.lammps")
         x, y = np.loadtxt(folder / "final.txt", skiprows=9)[:, 1:3].T
@@ -185,7 +185,7 @@ def main() -> int:
         save(
             table,
             options.output,
-            " ".join(["python3 -m dem_reference.second_opinion", *sys.argv[1:]]),
+            typed("python3 -m dem_reference.second_opinion", sys.argv[1:]),
             "units as in ensemble.csv; LAMMPS starts from the same settled positions",
         )
     means = table.groupby("engine")[list(COMPARED)].agg(["mean", "std"])

@@ -4,6 +4,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
+
 PARTS = ("engine", "audit", "output", "setup")
 
 
@@ -26,6 +28,11 @@ class Spent:
     def began(self) -> None:
         """All that the process has spent so far was setup."""
         self.seconds["setup"] = time.process_time()
+
+    def add(self, seconds: np.ndarray) -> None:
+        """Counts what earlier parts of the run have spent, in the order of PARTS."""
+        for part, more in zip(PARTS, seconds):
+            self.seconds[part] += float(more)
 
     def attributes(self) -> dict[str, float]:
         """As a result file has them."""

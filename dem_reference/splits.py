@@ -19,6 +19,7 @@ from cases.case import parse
 from cases.style import STYLE
 from cases.errors import CaseError, exit_code
 from cases.files import check_figure, check_table, write_figure
+from cases.provenance import typed
 
 from .ensemble import save
 
@@ -132,7 +133,7 @@ def main() -> int:
         save(
             found,
             options.output,
-            " ".join(["python3 -m dem_reference.splits", *sys.argv[1:]]),
+            typed("python3 -m dem_reference.splits", sys.argv[1:]),
             f"mean and standard deviation over {len(options.runs)} packings, over the energy "
             "released; time in sqrt(H/g)",
         )

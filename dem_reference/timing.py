@@ -11,7 +11,6 @@ another (second_opinion.py): the time of its loop.
 import os
 import re
 import sys
-import tempfile
 import time
 from collections import defaultdict
 from pathlib import Path
@@ -23,6 +22,8 @@ from cases.case import Case, load
 from cases.errors import EngineError, exit_code
 from cases.files import check_table
 from cases.programs import PYTHON, call, kept, module
+from cases.provenance import typed
+from cases.scratch import temporary
 
 from . import packing, second_opinion
 from .collapse import Column
@@ -64,8 +65,7 @@ def parts(told: dict) -> dict[str, float]:
 
 def lammps_loop(result: Path, law: str) -> float:
     """Processor time of the collapse of a dem.h5 in LAMMPS by a law of second_opinion [s]."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with temporary() as folder:
         second_opinion.run(result, folder, law)
         loops = LOOP.findall((folder / "log.lammps").read_text(errors="replace"))
     seconds, use = map(float, loops[-1])  # the one before it has settled the grains
@@ -129,13 +129,13 @@ def main() -> int:
     options = parser.parse_args()
     if options.output:
         check_table(options.output)
-    with tempfile.TemporaryDirectory() as name:
-        table = table_of(measure(options, load(options.case, options.set), Path(name)))
+    with temporary() as name:
+        table = table_of(measure(options, load(options.case, options.set), name))
     if options.output:
         save(
             table,
             options.output,
-            " ".join(["python3 -m dem_reference.timing", *sys.argv[1:]]),
+            typed("python3 -m dem_reference.timing", sys.argv[1:]),
             "processor time [s] from the release on, packing not counted; collapse: all of it; "
             f"interleaved, on {cores.usable()} cores shared with other work (load "
             f"{os.getloadavg()[1]:.1f})",

@@ -1,12 +1,12 @@
 """What the continuum's solver states about itself, measured on the smallest column."""
 
-import tempfile
 from pathlib import Path
 
 import h5py
 import numpy as np
 
 from cases.programs import ROOT, own, program
+from cases.scratch import temporary
 from cases.stages import Stage, run_stages
 from compare.commands.claims import metrics
 from compare.mapping.runs import open_run
@@ -27,9 +27,9 @@ def ledger_drift() -> float:
     return float(np.ptp(total) / (energy["potential"][0] - energy["potential"][-1]))
 
 
-def column(folder: str, name: str, *sets: str) -> Path:
+def column(folder: Path, name: str, *sets: str) -> Path:
     """The result of a scene, with assignments."""
-    result = Path(folder) / f"{len(list(Path(folder).iterdir()))}.h5"
+    result = folder / f"{len(list(folder.iterdir()))}.h5"
     words = [word for assignment in sets for word in ("--set", assignment)]
     command = [program("mpm_run"), ROOT / "cases" / name, *words, "-o", result]
     run_stages([Stage(name, command)], quiet=True)
@@ -40,7 +40,7 @@ def refinement_drift() -> float:
     """Centre of mass of the smallest column with Drucker-Prager on 40 cells in the height, over
     that on 10, less one. [-]
     """
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+    with temporary() as folder:
         coarse, fine = (
             centre_of_mass_x(
                 open_run(
@@ -55,7 +55,7 @@ def refinement_drift() -> float:
 def worst_loss() -> float:
     """The largest numerical loss of the shipped scenes, over the energy each releases. [-]"""
     losses = []
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+    with temporary() as folder:
         for name in SCENES:
             with h5py.File(column(folder, name)) as file:
                 potential, lost = (file["energy"][key][()] for key in ("potential", "unaccounted"))
@@ -71,7 +71,7 @@ def outside_regime_4() -> float:
     full = ["law=solid_fluid", "card=dem_mu05", "bulk_stiffness=53.12", "shear_stiffness=57.34"]
     sets = [f"material.{word}" for word in full]
     sets += ["mpm.young_modulus=5e6", "time.frame_interval=0.05"]
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+    with temporary() as folder:
         before, outside, all_of_it = None, 0.0, 0.0
         for cloud in open_run(column(folder, "column_ci", *sets)).clouds:
             now = cloud.mass * cloud.state["regime_4_dissipation"]

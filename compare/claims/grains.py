@@ -2,13 +2,12 @@
 collisions.
 """
 
-import tempfile
-from pathlib import Path
 
 import h5py
 import numpy as np
 
 from cases.case import load
+from cases.scratch import temporary
 from dem_reference.collision import COLUMNS, table
 from dem_reference.grains import Grains
 from dem_reference.run import main
@@ -32,8 +31,8 @@ def every_step_balance() -> float:
     """Largest share of the released energy that an audit of every step leaves open, to 1.5
     sqrt(H/g). [-]
     """
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "dem.h5"
+    with temporary() as folder:
+        path = folder / "dem.h5"
         main(
             [
                 "cases/column_ci",

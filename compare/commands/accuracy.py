@@ -6,7 +6,6 @@ against Dormand-Prince with the smallest step; the cost is the time spent in the
 """
 
 import json
-import tempfile
 from pathlib import Path
 
 import h5py
@@ -16,6 +15,7 @@ import numpy as np
 from cases.errors import EngineError
 from cases.files import check_figure, write_figure
 from cases.programs import ROOT, call, program
+from cases.scratch import temporary
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -85,8 +85,8 @@ def drive(case: Path, integrator: str, steps: int) -> tuple[dict, float]:
             f"rate = {rate}",
             f"steps = {steps}",
         ]
-    with tempfile.TemporaryDirectory(prefix="grainpair_") as folder:
-        path, out = Path(folder) / "path.toml", Path(folder) / "point.h5"
+    with temporary() as folder:
+        path, out = folder / "path.toml", folder / "point.h5"
         path.write_text("\n".join(text) + "\n")
         costs = []
         for _ in range(3):

@@ -38,7 +38,7 @@ def run(options) -> int:
         shown = [(next(points), next(points)) for _ in pairs]
         trended = [[next(points) for _ in group] for group in series]
 
-        told = Told(scene, out, provenance.about(" ".join(["./grainpair", *sys.argv[1:]])))
+        told = Told(scene, out, provenance.about(provenance.typed("./grainpair", sys.argv[1:])))
         if planes:
             told.planes(planes, rows)
         if failures:
@@ -78,9 +78,8 @@ class Told:
             "boundary over the default and over the claimed limit",
         )
         words = [
-            f"{plane['name']}: {sentence}"
+            f"{plane['name']}: {'; '.join(atlas.sentences(plane, found, self.scene))}"
             for plane, found in zip(planes, rows)
-            for sentence in atlas.sentences(plane, found, self.scene)
         ]
         drawn = chart.draw(planes, rows, self.scene, self.out / "atlas")
         self.figures.append(("Planes", words, drawn))

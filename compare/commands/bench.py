@@ -19,6 +19,7 @@ import json
 from cases.errors import EngineError
 from cases.programs import call, program
 
+PACKAGES = ["studies"]
 TARGETS = ["benchmarks"]
 
 # the full model takes a minute to come into flow

@@ -46,6 +46,8 @@ LAWS: dict[str, dict] = {
     "contact_share": {"correlation_length": "softened", "fabric_strain": 0.2},
 }
 
+PACKAGES = ["studies"]
+
 
 def arguments(parser):
     parser.add_argument(

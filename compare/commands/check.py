@@ -14,12 +14,14 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 from cases.programs import ROOT, call, module, program
 
+PACKAGES = ["laws", "studies", "test", "cluster", "check"]
 TARGETS = ("grainpair_version",)  # clang-tidy reads how to compile from the build's folder
 FOLDERS = ("cases", "mpm", "dem_reference", "compare", "tests")
-SCRIPTS = ("grainpair", ".ci/run")
+SCRIPTS = ("grainpair", ".ci/run", "tests/first_step.sh")
 
 # What clang-tidy looks at: it takes some ten seconds a file, and with the files the headers they
 # include. Left out are kernels, each of which takes it minutes; tests and benchmarks; mains, which
@@ -29,6 +31,7 @@ TIDY = (
     "cases/*.cpp",
     "compare/mapping/*.cpp",
     "dem_reference/ledger/*.cpp",
+    "mpm/external/*.cpp",
     "mpm/materials/solid_fluid.cpp",
     "mpm/output/*.cpp",
     "mpm/points/packing.cpp",
@@ -98,6 +101,8 @@ def clang_tidy() -> str:
     """Findings in the files of TIDY, several looked at side by side."""
     commands: dict[str, list[str]] = {}  # by folder, of the unit that is told most
     for entry in json.loads(program("compile_commands.json").read_text()):
+        if Path(entry["file"]).suffix != ".cpp":
+            continue
         line = shlex.split(entry["command"])
         folder, flags = folder_of(line[line.index("-o") + 1]), compiler(entry["command"])
         commands[folder] = max(flags, commands.get(folder, []), key=len)

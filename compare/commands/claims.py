@@ -9,6 +9,7 @@ from typing import Any
 from cases.errors import CaseError, EngineError
 from cases.programs import ROOT, call, module, own
 
+PACKAGES = {"--quick": ["studies"]}
 CLAIMS = ROOT / "cases" / "claims"
 RELATIONS = {
     "equal": lambda measured, claim: abs(measured - claim["value"]) <= claim["tolerance"],

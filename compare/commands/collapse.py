@@ -19,6 +19,8 @@ from cases.files import write_table
 from cases.programs import ROOT, name_of, program
 from compare.mapping.runs import open_run
 
+PACKAGES = ["studies"]
+
 
 def arguments(parser):
     parser.add_argument(

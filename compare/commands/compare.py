@@ -11,12 +11,14 @@ from pathlib import Path
 
 from cases import case, files, results
 from cases.errors import CaseError
+from cases.provenance import typed
 from compare.importing import options as importing
 from compare.importing.pipeline import convert
 from compare.mapping.runs import open_run
 from compare.report import report
 from compare.verdict import comparison, conclusion, controls, siblings, verdict_table
 
+PACKAGES = {"--dump": ["studies"]}
 WIDTHS = (0.25, 0.35, 0.5, 0.6, 0.75, 0.9, 1.0, 1.25, 1.5, 2.0)
 
 
@@ -126,7 +128,7 @@ def renew(
             make_missing(work, options)
         metrics = report.compare(work, mapping, say, WIDTHS if options.width_study else ())
         if options.table:
-            command = " ".join(["./grainpair", *sys.argv[1:]])
+            command = typed("./grainpair", sys.argv[1:])
             verdict_table.write(metrics, runs, options.table, command)
     return metrics
 

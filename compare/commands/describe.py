@@ -27,10 +27,11 @@ def arguments(parser):
 
 def run(options) -> int:
     kind = ["--kind", options.kind] if options.kind else []
-    keys = call([program("mpm_case"), "--describe", options.word, *kind])
-    if keys.stdout:
-        print(keys.stdout, end="")
-        return 0
+    if not options.word.startswith("-"):  # which mpm_case would take for an option
+        keys = call([program("mpm_case"), "--describe", options.word, *kind])
+        if keys.stdout:
+            print(keys.stdout, end="")
+            return 0
     try:
         path = find_case(options.word)
     except CaseError as error:

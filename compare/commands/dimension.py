@@ -7,7 +7,6 @@ difference is numerical. --scatter gives the scale: plane strain again, from poi
 """
 
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from cases.stages import Stage, run_stages
 from cases.errors import CaseError
 from cases.files import check_table, write_table
 from cases.programs import program
+from cases.scratch import temporary
 from compare.study.figures import JITTER, at_end, figures
 
 
@@ -66,8 +66,8 @@ def run(options) -> int:
     ]
     rows = []
     for name, seed, more in plans:
-        with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
-            result = Path(folder) / "mpm.h5"
+        with temporary() as folder:
+            result = folder / "mpm.h5"
             words = [word for assignment in sets + more for word in ("--set", assignment)]
             run_stages(
                 [
@@ -115,7 +115,7 @@ def keep(table: pd.DataFrame, path: Path):
     if path.exists():
         others = pd.read_csv(path, comment="#")
         table = pd.concat([others[~others["settings"].isin(table["settings"])], table])
-    origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
+    origin = provenance.about(provenance.typed("./grainpair", sys.argv[1:]))
     del origin["commit"]  # every row has its solver's
     head = provenance.head(
         origin,

@@ -2,6 +2,7 @@
 
 import os
 import platform
+import re
 import shutil
 import subprocess
 
@@ -22,7 +23,6 @@ def run(options) -> int:
     checks = [
         *packages(),
         engine("liggghts", "-help"),
-        engine("lmp", "-help"),
         *built(),
         *machine(),
     ]
@@ -48,18 +48,28 @@ def output(command: list[str]) -> str:
 
 
 def packages():
-    wanted = [
-        line.split("#")[0].strip() for line in (ROOT / "packages.txt").read_text().splitlines()
-    ]
-    wanted = [name for name in wanted if name]
-    listed = output(["dpkg-query", "-W", "-f=${db:Status-Status} ${Package} ${Version}\n", *wanted])
-    versions = dict(
-        line.split()[1:] for line in listed.splitlines() if line.startswith("installed ")
-    )
+    """Those that every run needs, one by one; of the further lists, how much is there."""
+    versions = installed(wanted := listed("packages.txt"))
     for name in wanted:
         yield name in versions, f"package {name}", versions.get(
             name, f"install it with: apt-get install {name}"
         )
+    for file in sorted(ROOT.glob("packages-*.txt")):
+        more = listed(file.name)
+        there = len(installed(more))
+        rest = "" if there == len(more) else "; the launcher installs the rest where it is needed"
+        yield True, file.name, f"{there} of {len(more)} are there{rest}"
+
+
+def listed(name: str) -> list[str]:
+    """The packages of a list."""
+    return re.sub("#.*", "", (ROOT / name).read_text()).split()
+
+
+def installed(names: list[str]) -> dict[str, str]:
+    """Versions of those that are there."""
+    said = output(["dpkg-query", "-W", "-f=${db:Status-Status} ${Package} ${Version}\n", *names])
+    return dict(line.split()[1:] for line in said.splitlines() if line.startswith("installed "))
 
 
 def engine(name: str, flag: str):
@@ -83,9 +93,8 @@ def built():
 
 def machine():
     system = platform.freedesktop_os_release()
-    yield system.get("ID") == "debian" and system.get("VERSION_ID") == "12", "system", system[
-        "PRETTY_NAME"
-    ]
+    known = system.get("ID") == "debian" and system.get("VERSION_ID") in ("12", "13")
+    yield known, "system", system["PRETTY_NAME"]
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
     yield memory >= MEMORY, "memory", f"{memory:.1f} GiB (at least {MEMORY:g})"
     disk = shutil.disk_usage(ROOT).free / 2**30

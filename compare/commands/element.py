@@ -11,9 +11,10 @@ from pathlib import Path
 from cases import command_line, results, workflow
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically, write_table
+from cases.members import Members
 from cases.programs import ROOT, own
 from cases.lookup import find_case
-from compare.element import campaign, records
+from compare.element import campaign, library, records
 from compare.element.blocks import every
 from compare.element.case import Case
 from compare.element.deviations import table, verdicts
@@ -24,6 +25,7 @@ from compare.element.records import Rows
 from compare.element.tests import ComparedTest, compared_tests, test_of
 
 CARDS = ("seed_table1", "dem_mu05")
+PACKAGES = ["studies"]
 
 
 def arguments(parser):
@@ -35,7 +37,8 @@ def arguments(parser):
         "--card",
         action="append",
         metavar="NAME",
-        help=f"material card, may be repeated (default: {', '.join(CARDS)})",
+        help="material card, may be repeated; a path that ends in .toml: the card of a law in a "
+        f"shared library (default: {', '.join(CARDS)})",
     )
     parser.add_argument(
         "--cores",
@@ -53,6 +56,7 @@ def arguments(parser):
         metavar="DIR",
         help="folder of the results (default: runs/element/<test>)",
     )
+    parser.add_argument("--quiet", action="store_true", help="show no progress")
 
 
 def run(options) -> int:
@@ -65,6 +69,13 @@ def run(options) -> int:
         )
     models: dict[str, Law] = {}
     for name in options.card or CARDS:
+        if name.endswith(".toml"):
+            if options.closed_form:
+                raise CaseError(f"{name}: --closed-form (a law of a shared library has none)")
+            path = Path(name)
+            label = path.parent.name if path.stem == "case" else path.stem
+            models[label] = library.model_of(path, case.grains, case.test, **test.driven(case))
+            continue
         card = Card.read(name)
         if options.closed_form:
             models[name] = Model(card, case.grains)
@@ -86,7 +97,7 @@ def measured_and_drawn(
     rows = (
         campaign.run_point(case, campaign.quick_point(case))
         if options.quick
-        else reference(case, options.cores)
+        else reference(case, options.cores, options.quiet)
     )
     measured = [row for row in rows if row["status"] == "measured"]
     failed = sorted({row["status"] for row in rows} - {"measured"})
@@ -99,19 +110,34 @@ def measured_and_drawn(
         sentences += test.remarks(case, measured)
     files = test.draw(measured, models, out / case.test)
     write_table(out / "errors.csv", [], errors, "%.5g")
-    summary = {"title": case["title"], "verdicts": sentences, "errors": errors}
+    summary = {"title": case["title"], "verdicts": sentences, "errors": standard_json(errors)}
     write_atomically(out / "errors.json", json.dumps(summary, indent=1))
     return sentences, [*files, out / "errors.csv", out / "errors.json"]
 
 
-def reference(case: Case, cores: int) -> Rows:
-    """The rows of the case's reference, after measuring the points it lacks."""
+def standard_json(rows: list[dict]) -> list[dict]:
+    """JSON has no number that is none."""
+    return [{key: None if value != value else value for key, value in row.items()} for row in rows]
+
+
+def reference(case: Case, cores: int, quiet: bool) -> Rows:
+    """The rows of the case's reference, after measuring the points it lacks, which is shown unless
+    it is to be `quiet`.
+    """
     if missing := campaign.missing(case):
         if case.folder.resolve() != ROOT / "cases" / case.test:
             raise CaseError(
                 f"{case.path}: {len(missing)} points are not measured (only cases/{case.test} has "
                 "a campaign) use --quick for one point"
             )
-        snakefile, where = ROOT / "compare/element/Snakefile", workflow.Where(cores)
-        workflow.run(snakefile, own("build", "element"), {"tests": case.test}, where, alone=True)
+        jobs = campaign.jobs(case, missing)
+        files = {name: job.file for name, job in jobs.items()}
+        workflow.run(
+            jobs,
+            own("build", "element", case.test),
+            workflow.Where(cores),
+            Members(f"points of {case.test}", files, quiet=quiet),
+            alone=True,
+        )
+        campaign.gather(case, f"./grainpair element cases/{case.test}")
     return records.read(records.reference_file(case))

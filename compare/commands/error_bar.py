@@ -29,7 +29,7 @@ def run(options) -> int:
         found = sweep.run_tasks(scene, tasks, options, "compare.study.error_bar")
         table = error_bar.table([one["name"] for one in study["scene"]], found)
         head = provenance.head(
-            provenance.about(" ".join(["./grainpair", *sys.argv[1:]])),
+            provenance.about(provenance.typed("./grainpair", sys.argv[1:])),
             "main, fine, coarse, slow, error, bar in the metric's unit (compare/metrics); covered: "
             "|error| <= bar",
         )

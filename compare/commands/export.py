@@ -10,8 +10,8 @@ from pathlib import Path
 from cases import results
 from cases.errors import CaseError
 from compare.mapping.clouds import open_grains
-from compare.report import paraview, vtk
 
+PACKAGES = ["studies"]
 TARGETS = ()
 KINDS = ("mpm", "dem", "grains")
 
@@ -26,6 +26,8 @@ def arguments(parser):
 
 
 def run(options) -> int:
+    from compare.report import paraview, vtk  # of packages-studies.txt
+
     files = (
         sorted(file for name in KINDS for file in options.source.glob(f"{name}*.h5"))
         if options.source.is_dir()

@@ -54,7 +54,7 @@ def run(options) -> int:
         grains = reference.obtain(scene, options)
         found = sweep.run_recipes(scene, recipes + fine, options)
         points = frontier.table(found[: len(recipes)], found[len(recipes) :], grains, scene)
-        origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
+        origin = provenance.about(provenance.typed("./grainpair", sys.argv[1:]))
         head = provenance.head(
             origin,
             "cost [s per sqrt(H/g)]; errors [-]; cell_size [m]; velocity_relaxation [sqrt(H/g)]; "
@@ -81,7 +81,7 @@ def figures_of(name: str, points, grains: dict, fine: bool, out: Path) -> list[p
 
     if why := reference.unknown(grains, name):
         print(why)
-        return [(f"Error from the grains: {WORDS[name]}", [why], "")]
+        return [(f"Error from the grains: {WORDS[name]}", [why], None)]
     words = frontier.sentences(points, grains, name)
     drawn = chart.draw(points, grains, name, out / f"frontier_{name}")
     figures: list[page.Figure] = [(f"Error from the grains: {WORDS[name]}", words, drawn)]

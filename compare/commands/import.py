@@ -1,7 +1,8 @@
 """Import grains of other programs into one file, in SI units and our axes.
 
-FILES are what LAMMPS, LIGGGHTS and others wrote, in any order: frames of one run, per process or
-after restarts, compressed or not. What is assumed or odd is said, and stands in the file.
+FILES are what LAMMPS, LIGGGHTS and others wrote, in any order, or folders or quoted patterns of
+such: frames of one run, per process or after restarts, compressed or not. What is assumed or odd is
+said, and stands in the file.
 """
 
 from pathlib import Path
@@ -17,6 +18,7 @@ from compare.importing import options as importing
 from compare.importing.pipeline import convert
 from compare.importing.points_file import PointOptions
 
+PACKAGES = ["studies"]
 TARGETS = ["mpm_case"]
 
 
@@ -63,6 +65,7 @@ def points(options, scene: case.Case | None) -> int:
         tension=sign[options.tension_positive],
         case=scene,
         density=options.density,
+        diameter=options.diameter,
         time_step=options.time_step,
         turn=turned.turn,
         origin=np.array(options.origin or (0.0, 0.0, 0.0)),

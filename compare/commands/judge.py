@@ -13,11 +13,13 @@ from cases import case, command_line, cores, results, workflow
 from cases.errors import CaseError
 from cases.lookup import find_case
 from cases.programs import name_of, program
+from cases.provenance import typed
 from cases.stages import Stage, run_stages
 from compare.mapping.runs import open_run
 from compare.study import sweep
 from dem_reference import ensemble
 
+PACKAGES = ["studies"]
 TARGETS = ["programs"]
 
 
@@ -108,7 +110,7 @@ def run(options) -> int:
                 runs = make(other, options, work)
                 trials.append(trial.judge(other, runs, candidates, widths(other, options), said))
             outcome = pd.concat([of_scene(one, options) for one in trials], ignore_index=True)
-        command = " ".join(["./grainpair", *sys.argv[1:]])
+        command = typed("./grainpair", sys.argv[1:])
         found = trial.controls(judged)
         table = page.write(judged, found, outcome, work, command)
     print(table.to_string(index=False, float_format=lambda x: f"{x:+.3f}"))
@@ -122,11 +124,6 @@ def run(options) -> int:
 
 
 def refuse(scene: case.Case, options):
-    if scene["geometry.dimension"] == "axisymmetric":
-        raise CaseError(
-            f"{scene.path}: geometry.dimension: axisymmetric columns are not mapped (fields over "
-            "the radius have no grid yet)"
-        )
     if options.seeds < 2 and options.of == "grains":
         raise CaseError("--seeds 1: one packing (two at least tell the spread) ask for two or more")
 
@@ -167,7 +164,8 @@ def make(scene: case.Case, options, work: Path) -> list[Path]:
     """The runs of a case: an ensemble of the grains, or one of the continuum in `work`."""
     if options.of == "grains":
         where = workflow.Where(options.jobs, None)
-        return ensemble.make(scene, options.overrides, range(1, options.seeds + 1), where)
+        seeds = range(1, options.seeds + 1)
+        return ensemble.make(scene, options.overrides, seeds, where, quiet=options.quiet)
     sets = [word for assignment in options.overrides for word in ("--set", assignment)]
     path = work / "mpm.h5"
     words = [program("mpm_run"), scene.path, *sets, "--progress", "-o", path]

@@ -58,7 +58,7 @@ def run(options) -> int:
             lambda recipes: sweep.run_recipes(scene, recipes, options),
             lambda point: ladder.judge(point, grains, options.metric, options.tolerance, scene),
         )
-        origin = provenance.about(" ".join(["./grainpair", *sys.argv[1:]]))
+        origin = provenance.about(provenance.typed("./grainpair", sys.argv[1:]))
         table = table_of(tried, stop, scene)
         words = ladder.paragraph(
             tried, stop, rungs, grains, WORDS[options.metric], options.tolerance

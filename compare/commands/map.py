@@ -9,6 +9,7 @@ from pathlib import Path
 
 from cases import command_line, results
 from cases.errors import CaseError
+from cases.provenance import typed
 
 TARGETS = ["grain_map"]
 
@@ -90,7 +91,7 @@ def run(options) -> int:
         options.quiet,
     )
     out = options.out or Path("runs") / "map" / files[0].name
-    command = " ".join(["./grainpair", *sys.argv[1:]])
+    command = typed("./grainpair", sys.argv[1:])
 
     def say(fraction: float, text: str):
         if not options.quiet:

@@ -3,6 +3,9 @@
 The results stand in one folder (--out, by default runs/<case>): mpm.h5, dem.h5, fields.h5,
 metrics.json, report.html, figures/, siblings/. They take the place of an earlier run's, and of its
 controls/ and vtk/, once all of them are complete; other files in the folder stay.
+
+A run that was stopped goes on when the same command is given again: an engine from its last
+checkpoint (output.checkpoint_interval).
 """
 
 import json
@@ -10,14 +13,14 @@ import shutil
 import sys
 from pathlib import Path
 
-from cases import case, command_line, cores, memory, results
+from cases import case, command_line, content, cores, memory, results
 from cases.stages import Stage, run_chains, run_stages
-from cases.errors import CaseError
 from cases.lookup import find_case
 from cases.programs import module, name_of, program
+from cases.unfinished import Unfinished
 from compare.cost import Estimate, estimate, refuse_more_than_there_is, table, tell_if_long
 from compare.verdict import conclusion, siblings
-from dem_reference.content import ensemble_folder
+from dem_reference.content import ensemble_folder, ensemble_key
 
 # What an earlier run may have left in the folder, and what was made of it there.
 OURS = ["mpm.h5", "dem.h5", "dem_[0-9]*.h5", "fields.h5", "metrics.json", "report.html", "figures"]
@@ -55,8 +58,7 @@ def arguments(parser):
         type=command_line.several,
         default=1,
         metavar="N",
-        help="an ensemble of N packings, through Snakemake; the verdicts then weigh its scatter "
-        "(%(default)s)",
+        help="an ensemble of N packings; the verdicts then weigh its scatter " "(%(default)s)",
     )
     parser.add_argument(
         "--threads",
@@ -64,6 +66,16 @@ def arguments(parser):
         help="of the continuum (what the grains and its siblings leave of this machine's cores)",
     )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
+    again = parser.add_mutually_exclusive_group()
+    again.add_argument(
+        "--resume",
+        action="store_true",
+        help="go on with a run of this case that was stopped, or refuse to begin (without it, "
+        "go on where there is one)",
+    )
+    again.add_argument(
+        "--anew", action="store_true", help="begin anew where a run of the same case was stopped"
+    )
     parser.add_argument(
         "--no-siblings",
         action="store_true",
@@ -87,10 +99,10 @@ def grains(
     if options.seeds == 1:
         result = scratch / "dem.h5"
         words = ["dem_reference.run", *common, "--seed", options.seed, "--progress", "-o", result]
-        return Stage("grains (DEM)", module(*words)), [result]
+        return Stage("grains (DEM)", module(*words), result=result), [result]
     words = ["dem_reference.ensemble", *common, "--first", options.seed, "--seeds", options.seeds]
     folder = ensemble_folder(scene)
-    words += ["--jobs", jobs, "--table", folder / "ensemble.csv"]
+    words += ["--jobs", jobs, "--table", folder / "ensemble.csv", "--progress"]
     seeds = range(options.seed, options.seed + options.seeds)
     stage = Stage(f"grains (DEM), {options.seeds} seeds", module(*words))
     return stage, [folder / f"{seed}.h5" for seed in seeds]
@@ -99,12 +111,6 @@ def grains(
 def run(options) -> int:
     names = conclusion.required(options.require)
     scene = case.load(find_case(options.case), options.overrides)
-    if scene["geometry.dimension"] == "axisymmetric":
-        raise CaseError(
-            f"{scene.path}: geometry.dimension: axisymmetric columns are not compared (fields over "
-            "the radius have no common grid with those over x) run either engine itself: mpm_run, "
-            "python3 -m dem_reference.run"
-        )
     case.tell_contradictions(scene)
     takes = estimate(scene, options.seeds, not options.no_siblings)
     if options.dry_run:
@@ -116,7 +122,8 @@ def run(options) -> int:
         scene.path,
         *(word for assignment in options.overrides for word in ("--set", assignment)),
     ]
-    with results.owned(out, takes.disk) as folder, folder.prepare(OURS) as scratch:
+    goes_on = Unfinished(key(scene, options), options.resume, options.anew)
+    with results.owned(out, takes.disk) as folder, folder.prepare(OURS, goes_on=goes_on) as scratch:
         tell_if_long(scene, takes)
         plan = plan_of(scene, options, takes)
         grain_stage, grain_results = grains(scene, options, common, scratch, plan.grains)
@@ -135,6 +142,12 @@ def run(options) -> int:
         print(line, file=sys.stderr)
     print(out / "report.html")
     return conclusion.exit_code(metrics, names)
+
+
+def key(scene: case.Case, options) -> str:
+    """Of what decides the results of the engines."""
+    asked = [scene.resolved, options.seed, options.seeds, options.no_siblings]
+    return content.digest([asked, content.of_continuum(), ensemble_key(scene)])
 
 
 def plan_of(scene: case.Case, options, takes: Estimate) -> cores.Plan:
@@ -164,7 +177,7 @@ def engines(
     words = [*common, "--seed", options.seed]
     threads = ["--threads", plan.threads]
     told = [program("mpm_run"), *words, *threads, "--progress", "-o", scratch / "mpm.h5"]
-    continuum = [Stage("continuum (MPM)", told)]
+    continuum = [Stage("continuum (MPM)", told, result=scratch / "mpm.h5")]
     alone = [] if plan.siblings_beside else threads
     more = [] if options.no_siblings else siblings.stages(scene, [*words, *alone], scratch)
     apart = [continuum, more] if plan.siblings_beside else [[*continuum, *more]]

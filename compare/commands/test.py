@@ -12,10 +12,12 @@ import time
 from pathlib import Path
 from xml.etree import ElementTree
 
+from cases import cores
 from cases.programs import ROOT, module, program
 
 CPP = ROOT / "tests" / "cpp"
 BATTERY = "material_test"  # runs over every law that is registered
+PACKAGES = ["laws", "studies", "test"]
 
 
 def arguments(parser):
@@ -120,6 +122,8 @@ def law_tests(law: str, reports: Path) -> int:
 def pytest(options, reports: Path) -> int:
     command = module("pytest", "-q", ROOT / "tests" / "py")
     command += [f"--junitxml={reports / 'python.xml'}"]
+    # tests of a file share what takes long to make
+    command += ["--numprocesses", str(cores.usable()), "--dist", "loadfile"]
     if options.only:
         command += ["-k", options.only]
     if not options.slow:

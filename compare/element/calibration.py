@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from cases.errors import CaseError
 from compare.element import records
@@ -121,6 +120,8 @@ def to_card(vector: np.ndarray, start: Card) -> Card:
 
 def minimise(blocks: list[Block], grains: Grains, start: Card):
     """scipy's least-squares result from `start`, in the vector of what is fitted."""
+    from scipy.optimize import least_squares  # of packages-studies.txt
+
     lower, upper = (
         np.array([np.log(bounds[i]) if log else bounds[i] for _, *bounds, log in fitted(start)])
         for i in (0, 1)

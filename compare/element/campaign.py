@@ -3,14 +3,15 @@
 import itertools
 import json
 import os
-import tempfile
 import time
 from pathlib import Path
 
 from cases.errors import EngineError
 from cases.files import write_atomically
-from cases.programs import own
+from cases.jobs import Job
+from cases.programs import own, short
 from cases.provenance import commit
+from cases.scratch import temporary
 from compare.element import records
 from compare.element.case import Case
 from compare.element.records import Rows
@@ -47,12 +48,22 @@ def missing(case: Case) -> list[dict]:
     return [point for point in points(case) if name_of(case, point) not in known]
 
 
+def jobs(case: Case, some: list[dict]) -> dict[str, Job]:
+    """What measures the points, by their names."""
+    named = {name_of(case, point): record_file(case, point) for point in some}
+    folder = str(short(case.folder))
+    return {
+        name: Job(file, ("compare.element", folder, f"--point={name}"))
+        for name, file in named.items()
+    }
+
+
 def run_point(case: Case, point: dict) -> Rows:
     """Runs one point and returns its rows; a failure is a row too, whose status says why."""
     wall, cpu = time.time(), os.times()
-    with tempfile.TemporaryDirectory(prefix="grainpair_") as folder:
+    with temporary() as folder:
         try:
-            rows, status = test_of(case).run(case.grains, point, Path(folder)), "measured"
+            rows, status = test_of(case).run(case.grains, point, folder), "measured"
         except EngineError as error:
             rows, status = [{}], f"failed: {error}".replace("\n", " ")
     used = os.times()

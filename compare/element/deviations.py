@@ -55,8 +55,9 @@ def verdicts(rows: list[dict]) -> list[str]:
     How many points agree, the median error, the worst and where.
     """
     sentences = []
-    for quantity, card in dict.fromkeys((row["quantity"], row["card"]) for row in rows):
-        chosen = [row for row in rows if (row["quantity"], row["card"]) == (quantity, card)]
+    told = [row for row in rows if not np.isnan(row["model"])]  # a law may have no answer to some
+    for quantity, card in dict.fromkeys((row["quantity"], row["card"]) for row in told):
+        chosen = [row for row in told if (row["quantity"], row["card"]) == (quantity, card)]
         plain = is_plain(quantity)
         close = 0.1 * CLOSE if plain else CLOSE
         good = sum(abs(row["error"]) <= max(close, 2 * row["dem_scatter"]) for row in chosen)

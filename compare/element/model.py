@@ -11,7 +11,6 @@ from math import exp
 from typing import Protocol
 
 import numpy as np
-from scipy.interpolate import interp1d
 
 from compare.element.card import Card
 from compare.element.collisions import effective_restitution, inverse_contact_value
@@ -31,10 +30,6 @@ SHEARED = ("granular_temperature", "pressure", "shear_stress")
 
 class Law(Protocol):
     """What answers for the law in an element test: Model in closed form, PointModel by the C++."""
-
-    @property
-    def card(self) -> Card:
-        ...
 
     @property
     def grains(self) -> Grains:
@@ -282,6 +277,8 @@ class Model:
             answer = self.sheared(nu, rate, np.array(speeds), x, along)
             legs.append(np.stack([answer[name] for name in SHEARED], axis=1))
             fabric = -np.conj(fabrics[-1])
+        from scipy.interpolate import interp1d  # of packages-studies.txt
+
         at = interp1d(grid, np.array(legs), axis=1)(np.asarray(strain, dtype=float))
         return {name: at[..., i, :].swapaxes(1, 2) for i, name in enumerate(SHEARED)}
 

@@ -6,14 +6,13 @@ agree.
 
 import csv
 import json
-import tempfile
 from functools import cached_property, lru_cache
-from pathlib import Path
 
 import numpy as np
 
 from cases.errors import EngineError
 from cases.programs import ROOT, call, program
+from cases.scratch import temporary
 from compare.element.card import Card
 from compare.element.model import Model
 from dem_reference.grains import Grains
@@ -68,8 +67,8 @@ class PointModel:
         ]
         for leg in legs:
             text += ["[[leg]]", leg]
-        with tempfile.TemporaryDirectory(prefix="grainpair_") as folder:
-            path, out = Path(folder) / "path.toml", Path(folder) / "point.csv"
+        with temporary() as folder:
+            path, out = folder / "path.toml", folder / "point.csv"
             path.write_text("\n".join(text) + "\n")
             done = call([program("mpm_point"), path, "-o", out])
             if done.returncode:

@@ -1,7 +1,9 @@
-"""Files that may be compressed: gzip or zstd, told by their first bytes."""
+"""Files that may be compressed: gzip, zstd, bzip2 or xz, told by their first bytes."""
 
+import bz2
 import gzip
 import io
+import lzma
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -12,7 +14,14 @@ import zstandard
 
 from cases.errors import CaseError
 
-GZIP, ZSTD = b"\x1f\x8b", b"\x28\xb5\x2f\xfd"
+ZSTD = b"\x28\xb5\x2f\xfd"
+# What opens a stream, by how it begins; these hand over all that is whole before they break off.
+STREAMS: dict[bytes, Callable[[BinaryIO], Any]] = {
+    b"\x1f\x8b": lambda raw: gzip.GzipFile(fileobj=raw),
+    b"BZh": bz2.BZ2File,
+    b"\xfd7zX": lzma.LZMAFile,
+}
+BROKEN = (EOFError, gzip.BadGzipFile, zlib.error, lzma.LZMAError, zstandard.ZstdError)
 BUFFER = 1 << 20  # bytes
 READING: dict[Path, Callable[[], int]] = {}  # bytes taken so far of the files that are open
 PIECE = 4096  # bytes of a zstd stream taken at a time: one may swell forty thousandfold
@@ -56,7 +65,7 @@ def opened(path: Path) -> Iterator[BinaryIO]:
         with open(path, "rb") as raw:
             READING[path] = raw.tell
             yield plain(raw)
-    except (EOFError, gzip.BadGzipFile, zlib.error, zstandard.ZstdError) as error:
+    except BROKEN as error:
         raise CaseError(f"{path}: broken compressed stream ({error})") from error
     except OSError as error:
         raise CaseError(f"{path}: cannot be read ({error.strerror or error})") from error
@@ -67,13 +76,12 @@ def opened(path: Path) -> Iterator[BinaryIO]:
 def plain(raw: io.BufferedReader) -> BinaryIO:
     """The stream that a raw one holds."""
     magic = raw.peek(4)[:4]
-    if magic[:2] == GZIP:
-        packed: Any = gzip.GzipFile(fileobj=raw)
-    elif magic == ZSTD:
-        packed = ZstdStream(raw)
-    else:
-        return raw
-    return cast(BinaryIO, io.BufferedReader(packed, BUFFER))
+    if magic == ZSTD:
+        return cast(BinaryIO, io.BufferedReader(ZstdStream(raw), BUFFER))
+    for start, opening in STREAMS.items():
+        if magic.startswith(start):
+            return cast(BinaryIO, opening(raw))
+    return raw
 
 
 def head(path: Path, size: int) -> bytes:

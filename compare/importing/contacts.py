@@ -18,6 +18,7 @@ from compare.importing.units import Units
 OTHER_WALL = -6  # second of a contact with a wall that the file does not number
 SURE = 0.5  # share of the forces times branches that must have one sign to tell it
 APART = 2.0  # sums of radii: beyond it no force of contact, or of a liquid bridge, acts
+SAME = 0.9  # share of a frame's pairs that a later file repeats
 NEEDED = ("first", "second", "fx", "fy", "fz")
 
 
@@ -62,7 +63,18 @@ class Joiner:
         if not pieces:
             return None
         told = [self.units.columns(self.spool.contacts(piece)) for piece in pieces]
-        return self.joined(pieces[0].source, told, grains)
+        return self.joined(pieces[0].source, self.latest(told), grains)
+
+    def latest(self, told: list[dict]) -> list[dict]:
+        """Without those that a later file repeats, as after a restart; processes share few."""
+        kept: list[dict] = []
+        for one in reversed(told):
+            pairs = pairs_of(one)
+            if any(len(pairs) and np.isin(pairs, pairs_of(other)).mean() > SAME for other in kept):
+                self.once_said("merged: of contacts that are there twice the later file's count")
+            else:
+                kept.insert(0, one)
+        return kept
 
     def joined(self, source: str, told: list[dict], grains: Grains) -> Contacts:
         names = set.intersection(*(set(one) for one in told))
@@ -164,6 +176,13 @@ class Joiner:
         if note not in self.said:
             self.said.add(note)
             self.notes.append(note)
+
+
+def pairs_of(columns: dict[str, np.ndarray]) -> np.ndarray:
+    """A number for each pair of ids (C,)."""
+    if not {"first", "second"} <= columns.keys():
+        return np.empty(0)
+    return columns["first"] + 1j * columns["second"]
 
 
 def stacked(columns: dict[str, np.ndarray], *names: str) -> np.ndarray:

@@ -12,9 +12,11 @@ import numpy as np
 from cases.errors import CaseError
 from compare.importing import table
 from compare.importing.frame import Box, note
-from compare.importing.lines import MARK, Incomplete, Lines, opened
+from compare.importing.lines import Incomplete, Lines, drop, opened
 
 TEXT = ("element", "typelabel")  # columns of words
+COMMENTS = re.compile(rb"\A(\s+|#[^\n]*(\n|\Z))+")  # and blanks, before what counts
+MARK = b"ITEM: "  # starts a section
 UNTOLD = "the box does not tell its boundaries: none is taken as periodic"
 GRAINS = "ATOMS"  # what a table of grains is called
 
@@ -43,7 +45,7 @@ def label_of(head: bytes) -> str | None:
     """What the first table of a file holds, by its first bytes: "ATOMS", "ENTRIES", …; "" where
     they do not tell, None where it is no text dump.
     """
-    text = head.removeprefix(b"\xef\xbb\xbf").lstrip()
+    text = COMMENTS.sub(b"", head.removeprefix(b"\xef\xbb\xbf"))
     if not text or not (text.startswith(MARK) or MARK.startswith(text)) or b"\0" in head:
         return None
     _, found, rest = text.partition(MARK + b"NUMBER OF ")
@@ -55,15 +57,13 @@ def instants(path: Path, options: dict) -> Iterator[Instant]:
     """The instants of a file one by one. Raises CaseError with the line of what is missing or
     wrong; where options["incomplete"] is "drop", what was cut short is left out, with a note.
     """
-    with opened(path) as lines:
+    with opened(path, MARK) as lines:
         units, found, dropped = None, False, False
         while skip_blank(lines):
             try:
                 instant = read(lines, units, options)
             except Incomplete as error:
-                if options.get("incomplete") != "drop":
-                    raise
-                note(options, f"{error}: this instant is left out")
+                drop(error, options)
                 lines.skip_to_mark()
                 dropped = True
                 continue
@@ -71,19 +71,19 @@ def instants(path: Path, options: dict) -> Iterator[Instant]:
             if not instant.flags:
                 note(options, UNTOLD)
             yield instant
-        if lines.cut and not dropped:
-            broken = f"{lines.where()}: the compressed stream breaks off here (cut short?)"
-            if options.get("incomplete") != "drop":
-                raise Incomplete(broken)
-            note(options, broken)
+        try:
+            lines.refuse_cut()
+        except Incomplete as error:
+            if not dropped:
+                drop(error, options)
         if not found and options.get("incomplete") != "drop":
             raise CaseError(f"{path}: holds no instant (an empty file?)")
 
 
 def skip_blank(lines: Lines) -> bool:
-    """On to the next line that is not blank; whether there is one."""
+    """On to the next line that is neither blank nor a comment; whether there is one."""
     while (text := lines.line()) is not None:
-        if text.strip("\ufeff \t"):
+        if text.strip("\ufeff \t") and not text.startswith("#"):
             lines.back()
             return True
     return False
@@ -171,9 +171,11 @@ def read_step(here: Instant, lines: Lines, name: str) -> None:
 
 def whole(lines: Lines, name: str) -> int:
     word = value(lines, name)
-    if not re.fullmatch(r"[+-]?[0-9]{1,18}", word):
-        raise CaseError(f"{lines.where()}: {shown(word)} is no whole number ({name})")
-    return int(word)
+    if re.fullmatch(r"[+-]?[0-9]{1,18}", word):
+        return int(word)
+    if is_finite(word) and float(word) == np.trunc(float(word)) and abs(float(word)) < 2.0**53:
+        return int(float(word))  # 1e+06
+    raise CaseError(f"{lines.where()}: {shown(word)} is no whole number ({name})")
 
 
 def read_count(here: Instant, lines: Lines, name: str) -> None:
@@ -259,7 +261,7 @@ def rows(here: Instant, lines: Lines) -> None:
         raise Incomplete(
             f"{lines.where()}: row {there} of {here.count} is the last of this instant "
             + (
-                "without an end of line (cut short?) end it, if it is whole"
+                "without an end of line (cut short? if it is whole, end it)"
                 if torn
                 else "(cut short?)"
             )

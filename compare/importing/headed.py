@@ -1,7 +1,7 @@
 """Frames from tables: a line of headings, then rows apart by commas, semicolons, tabs or blanks."""
 
 import codecs
-import csv
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +11,11 @@ import pandas
 
 from cases.errors import CaseError
 from compare.importing import headings, rows
+from compare.importing import lines as text
 from compare.importing.frame import Frame, note
 from compare.importing.headings import Heading
-from compare.importing.rows import Lines
+from compare.importing.lines import Incomplete, Lines, drop
+from compare.importing.registry import HEAD
 
 SEARCHED = 60  # lines that headings may stand below
 ROWS = 200_000  # read at a time
@@ -23,8 +25,11 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Layout:
-    """How the file is written, and what its columns are; `si` where their units say so."""
+    """How the file is written, and what its columns are; `si` where their units say so. `header` is
+    the line of headings, which may come again.
+    """
 
+    header: bytes
     separator: str | None
     decimal: str
     headings: list[Heading]
@@ -39,15 +44,19 @@ class Layout:
 
 def separator_of(line: str) -> str | None:
     """What is between the words of a line; None for blanks."""
-    return next((one for one in "\t;," if one in line), None)
+    return next((one for one in "\t;,|" if one in line), None)
 
 
 def texts_of(line: bytes) -> tuple[list[str], str | None]:
     """The words of a line that may hold headings, and what separates them."""
-    text = line.decode("utf-8-sig", errors="replace").strip().lstrip("#%/").strip()
+    try:
+        text = line.decode("utf-8-sig")
+    except UnicodeDecodeError:  # an older spreadsheet's µ
+        text = line.decode("latin-1")
+    text = text.strip().lstrip("#%/").strip()
     separator = separator_of(text)
     if separator is None:
-        return next(csv.reader([text], delimiter=" ", skipinitialspace=True), []), None
+        return rows.fields(text, " "), None
     return rows.words(text.encode(), separator), separator
 
 
@@ -66,7 +75,26 @@ def recognises(path: Path, head: bytes) -> bool:
     start = head.removeprefix(codecs.BOM_UTF8).lstrip()
     if b"\0" in head or any(start.startswith(one) for one in OTHERS):
         return False
-    return any(are_headings(texts_of(line)[0]) for line in head.splitlines()[:SEARCHED])
+    lines = head.splitlines()
+    if len(head) >= HEAD:  # the last one may be cut
+        lines.pop()
+    if any(line.startswith(OTHERS[0]) for line in lines):  # below a comment
+        return False
+    return any(
+        are_headings(texts_of(line)[0]) and are_apart_alike(line, lines[number:])
+        for number, line in enumerate(lines[:SEARCHED], start=1)
+    )
+
+
+def are_apart_alike(line: bytes, below: list[bytes]) -> bool:
+    """Whether what stands below headings that begin with an unknown word has as many values: a line
+    of a script may name x y z too.
+    """
+    texts, separator = texts_of(line)
+    if headings.meaning(headings.parts(texts[0])[0]):
+        return True
+    rows_below = [one for one in below if one.strip() and not one.startswith(b"#")]
+    return not rows_below or len(rows.words(rows_below[0], separator)) == len(texts)
 
 
 def layout_of(lines: Lines, options: dict) -> Layout:
@@ -89,7 +117,10 @@ def layout_of(lines: Lines, options: dict) -> Layout:
             f"{path}: no line of headings that name x, y and z name them: "
             '--columns "x=NAME,y=NAME,z=NAME"'
         )
-    where = lines.where
+    where = lines.where()
+    if joined := with_units(texts, lines.peek(), separator):
+        texts = joined
+        lines.next()
     found = headings.headings(texts, where, columns)
     missing = [axis for axis in AXES if axis not in {h.name for h in found if h.known}]
     if missing:
@@ -106,11 +137,28 @@ def layout_of(lines: Lines, options: dict) -> Layout:
         raise CaseError(
             f"{path}:{lines.number + 1}: {len(values)} values below {len(found)} headings"
         )
-    numeric = [not text or is_number(text.replace(decimal, ".")) for text in values]
+    # A value that lacks below a heading is one of a column of numbers.
+    numeric = [
+        is_number(value.replace(decimal, ".")) or bool(heading.text and not value)
+        for heading, value in zip(found, values)
+    ]
     for heading, one, value in zip(found, numeric, values):
         if heading.known and heading.name not in ("id", "type") and not one:
             rows.number(value, f"{path}:{lines.number + 1}: {heading.text}")
-    return Layout(separator, decimal, found, numeric, headings.in_si(found, where))
+    return Layout(line, separator, decimal, found, numeric, headings.in_si(found, where))
+
+
+def with_units(texts: list[str], below: bytes, separator: str | None) -> list[str] | None:
+    """The headings with the units that a line below them has; None where it has none."""
+    units = rows.words(below, separator)
+    if len(units) != len(texts) or any(is_number(unit) for unit in units):
+        return None
+    joined = [f"{text} [{unit.strip('[]()')}]" for text, unit in zip(texts, units)]
+    try:
+        found = headings.headings(joined, "")
+    except CaseError:
+        return None
+    return joined if any(heading.factor for heading in found) else None
 
 
 def is_number(text: str) -> bool:
@@ -123,63 +171,60 @@ def is_number(text: str) -> bool:
 
 def frames(path: Path, options: dict) -> Iterator[Frame]:
     """One frame for each value of the column of time or step; without either, one of all rows."""
-    with rows.lines_of(path) as lines:
+    with text.opened(path) as lines:
         layout = layout_of(lines, options)
         key = layout.column("time")
         key = layout.column("step") if key is None else key
         kept: list[pandas.DataFrame] = []
         at, seen = lines.number + 1, set()
-        for first, part in parts_of(lines, layout, options):
-            edges = [0, len(part)]
-            if key is not None:
-                edges[1:1] = (np.flatnonzero(np.diff(part[key].to_numpy())) + 1).tolist()
-            for a, b in zip(edges[:-1], edges[1:]):
-                piece = part.iloc[a:b]
-                if kept and key is not None and kept[-1][key].iloc[0] != piece[key].iloc[0]:
-                    yield frame_of(kept, layout, f"{path}:{at}", options)
-                    seen.add(kept[-1][key].iloc[0])
-                    kept, at = [], first + a
-                    if piece[key].iloc[0] in seen:
-                        raise CaseError(
-                            f"{path}:{at}: {layout.headings[key].text} {piece[key].iloc[0]:g} was "
-                            "left and comes again sort the rows by it"
-                        )
-                kept.append(piece)
+        try:
+            for first, part in parts_of(lines, layout):
+                edges = [0, len(part)]
+                if key is not None:
+                    edges[1:1] = (np.flatnonzero(np.diff(part[key].to_numpy())) + 1).tolist()
+                for a, b in zip(edges[:-1], edges[1:]):
+                    piece = part.iloc[a:b]
+                    if kept and key is not None and kept[-1][key].iloc[0] != piece[key].iloc[0]:
+                        yield frame_of(kept, layout, f"{path}:{at}", options)
+                        seen.add(kept[-1][key].iloc[0])
+                        kept, at = [], first + a
+                        if piece[key].iloc[0] in seen:
+                            raise CaseError(
+                                f"{path}:{at}: {layout.headings[key].text} {piece[key].iloc[0]:g} "
+                                "was left and comes again sort the rows by it"
+                            )
+                    kept.append(piece)
+        except Incomplete as error:
+            drop(error, options)
+            kept = []  # the frame that the broken row belongs to
         if sum(map(len, kept)):
             yield frame_of(kept, layout, f"{path}:{at}", options)
         elif not seen:
             raise CaseError(f"{path}: no rows below the headings")
 
 
-def parts_of(lines: Lines, layout: Layout, options: dict) -> Iterator[tuple[int, pandas.DataFrame]]:
-    """The rows, a number at a time, with the line that the first of them stands in."""
+def parts_of(lines: Lines, layout: Layout) -> Iterator[tuple[int, pandas.DataFrame]]:
+    """The rows, a number at a time, with the line that the first of them stands in; at last raises
+    Incomplete where the last one lacks values.
+    """
     while lines.peek():
-        first = lines.number + 1
-        block = lines.take(ROWS)
-        if not lines.peek():
-            while block and not block[-1].strip():
-                block.pop()
-            if block and not block[-1].endswith(b"\n") and options.get("incomplete") == "drop":
-                if len(rows.words(block[-1], layout.separator)) < len(layout.headings):
-                    block = without_last(block, layout)
-                    note(options, f"{lines.path}: an incomplete last frame was dropped")
-        if block:
+        first, torn = lines.number + 1, None
+        block = lines.rows(ROWS)
+        if not lines.ended:
+            end = block.rfind(b"\n") + 1
+            found = len(rows.words(block[end:], layout.separator))
+            if block[end:].strip() and found < len(layout.headings):
+                block, torn = block[:end], f"{found} values instead of {len(layout.headings)}"
+        if b"#" in block or layout.header.strip() in block:  # lines that are no rows are made blank
+            again = re.escape(layout.header.strip())
+            block = re.sub(rb"(?m)^(#.*|%s\s*?)$" % again, b"", block)
+        if not block.isspace():
             yield first, rows.parsed(
                 block, layout.numeric, lines.path, first, layout.separator, layout.decimal
             )
-
-
-def without_last(block: list[bytes], layout: Layout) -> list[bytes]:
-    """The rows before the frame that the last, broken one belongs to."""
-    key = layout.column("time")
-    key = layout.column("step") if key is None else key
-    if key is None:
-        return []
-    last = rows.words(block[-2], layout.separator)[key] if len(block) > 1 else ""
-    end = len(block) - 1
-    while end and rows.words(block[end - 1], layout.separator)[key] == last:
-        end -= 1
-    return block[:end]
+        if torn:
+            raise Incomplete(f"{lines.where()}: {torn} (cut short?)")
+    lines.refuse_cut()
 
 
 def frame_of(kept: list[pandas.DataFrame], layout: Layout, where: str, options: dict) -> Frame:
@@ -204,8 +249,7 @@ def frame_of(kept: list[pandas.DataFrame], layout: Layout, where: str, options: 
 def numbered(frame: Frame, where: str, options: dict):
     """Whole ids; those of a file without any are the numbers of the rows."""
     if "id" not in frame.columns:
-        path = where.rpartition(":")[0]
-        note(options, f"{path}: no ids, so a grain is told by the number of its row")
+        note(options, "assumed: a grain is told by the number of its row (there are no ids)")
         frame.columns["id"] = np.arange(1, len(frame.columns["x"]) + 1)
         return
     values = frame.columns["id"]

@@ -11,7 +11,17 @@ KNOWN = (
     *("sxx", "syy", "szz", "sxy", "syz", "szx"),
 )
 # Words that do not change what a column is
-FILLERS = {"particle", "particles", "ball", "balls", "grain", "absolute", "translational", "point"}
+FILLERS = {
+    "particle",
+    "particles",
+    "ball",
+    "balls",
+    "grain",
+    "absolute",
+    "translational",
+    "point",
+    "state",
+}
 AXES = {"x": "x", "y": "y", "z": "z", "0": "x", "1": "y", "2": "z"}
 POSITION = {"position", "pos", "coordinate", "coordinates", "coord", "coords", "points", "centroid"}
 POSITION |= {"centre", "center", "location"}
@@ -24,6 +34,8 @@ COMPONENTS = {
     **{"xz": "szx", "yx": "sxy", "zy": "syz", "11": "sxx", "22": "syy", "33": "szz"},
     **{"12": "sxy", "23": "syz", "13": "szx", "31": "szx"},
 }
+SIX = dict(enumerate(("sxx", "syy", "szz", "sxy", "syz", "szx")))
+NINE = {0: "sxx", 4: "syy", 8: "szz", 1: "sxy", 5: "syz", 2: "szx"}
 SINGLE = {
     "id": {"id", "ids", "tag"},
     "type": {"type", "material", "species", "material id", "type id"},
@@ -125,6 +137,19 @@ def meaning(text: str) -> str | None:
     return None
 
 
+def numbered_stress(texts: list[str]) -> dict[int, str]:
+    """What the columns Stress:0, Stress:1, … are, by their place: six or nine components in VTK's
+    order.
+    """
+    found = {}
+    for at, text in enumerate(texts):
+        words = tokens(parts(text)[0])
+        if len(words) == 2 and words[0] in STRESS and words[1].isdecimal():
+            found[int(words[1])] = at
+    names = {6: SIX, 9: NINE}.get(len(found), {})
+    return {found[k]: name for k, name in names.items()} if found.keys() >= names.keys() else {}
+
+
 def factor_of(unit: str | None, name: str, where: str) -> float | None:
     """SI per unit; None where there is none. Raises CaseError for one that `name` cannot have."""
     kind = KIND.get(name)
@@ -169,9 +194,10 @@ def headings(texts: list[str], where: str, columns: str | None = None) -> list[H
             )
         chosen[at[0]] = (name, unit if unit is not None else parts(texts[at[0]])[1])
     found = []
+    stress = numbered_stress(texts)
     for i, text in enumerate(texts):
         bare, unit = parts(text)
-        known = meaning(bare) or ""
+        known = stress.get(i) or meaning(bare) or ""
         if i in chosen:
             known, unit = chosen[i]
         elif known in named:

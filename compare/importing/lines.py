@@ -7,25 +7,45 @@ from typing import BinaryIO
 
 import numpy as np
 
-from cases.errors import CaseError
+from cases.errors import CaseError, Failure
 from compare.importing import compressed
+from compare.importing.frame import note
 
 PIECE = 1 << 20  # bytes read at a time
 LONGEST = 1 << 24  # bytes of a line: what has longer ones is no text
-MARK = b"ITEM: "  # starts a section of a dump: no row holds it
+ALL = 1 << 62  # lines
+
+
+SKIP = " --skip-incomplete leaves out what is not whole"
 
 
 class Incomplete(CaseError):
     """The file ends, or goes on with something else, before what it began is whole."""
 
+    def __init__(self, line: str, code: Failure | None = None):
+        super().__init__(line.removesuffix(SKIP) + SKIP, code)
+
+    @property
+    def told(self) -> str:
+        """The line without what to give."""
+        return str(self).removesuffix(SKIP)
+
+
+def drop(error: Incomplete, options: dict) -> None:
+    """Notes what is left out, where that is asked for; else raises the error."""
+    if options.get("incomplete") != "drop":
+        raise error
+    note(options, f"{error.told}: left out")
+
 
 class Lines:
     """Reads a stream of bytes; `number` is that of the line last read, from 1. `ended` tells
-    whether it had an end of line, `cut` that the compressed stream broke off.
+    whether it had an end of line, `cut` that the compressed stream broke off. A `mark` starts a
+    section of the file: no row holds it.
     """
 
-    def __init__(self, path: Path, stream: BinaryIO):
-        self.path, self._stream = path, stream
+    def __init__(self, path: Path, stream: BinaryIO, mark: bytes = b""):
+        self.path, self.mark, self._stream = path, mark, stream
         self.number, self.ended, self.cut = 0, True, False
         self._held, self._at, self._last = b"", 0, 0
 
@@ -44,33 +64,46 @@ class Lines:
         self._held, self._at = self._held[self._at :] + piece, 0
         return bool(piece)
 
-    def line(self) -> str | None:
-        """The next line without its end; None where the file ends."""
+    def next(self) -> bytes:
+        """The next line with its end; empty where the file ends."""
         while (end := self._held.find(b"\n", self._at)) < 0 and self._more():
             pass
         self.ended = end >= 0
-        if not self.ended and self._at == len(self._held):
-            return None
-        stop = end if self.ended else len(self._held)
-        text = self._held[self._at : stop].decode("utf-8", "replace")
-        self._last, self._at = self._at, stop + self.ended
-        self.number += 1
-        return text.rstrip("\r")
+        line = self._held[self._at : end + 1 if self.ended else len(self._held)]
+        self._last, self._at = self._at, self._at + len(line)
+        self.number += bool(line)
+        return line
+
+    def peek(self) -> bytes:
+        """The next line, not yet read."""
+        line = self.next()
+        self._at, self.number = self._last, self.number - bool(line)
+        return line
+
+    def line(self) -> str | None:
+        """The next line without its end; None where the file ends."""
+        line = self.next()
+        return line.decode("utf-8", "replace").rstrip("\r\n") if line else None
 
     def back(self) -> None:
-        """Unreads the line last read, up to the MARK in it."""
-        self._at = max(self._last, self._held.find(MARK, self._last, self._at))
+        """Unreads the line last read, up to the mark in it."""
+        self._at = max(self._last, self._held.find(self.mark, self._last, self._at))
         self.number -= 1
 
+    def refuse_cut(self) -> None:
+        """At the end: raises Incomplete where the compressed stream broke off."""
+        if self.cut:
+            raise Incomplete(f"{self.where()}: the compressed stream breaks off here (cut short?)")
+
     def skip_to_mark(self) -> None:
-        """On to the next line that holds a MARK, if there is any."""
-        while (text := self.line()) is not None:
-            if MARK.decode() in text:
+        """On to the next line that holds a mark, if there is any."""
+        while line := self.next():
+            if self.mark in line:
                 self.back()
                 return
 
-    def rows(self, count: int) -> bytes:
-        """The next `count` lines in one block; fewer where the file ends or a MARK comes."""
+    def rows(self, count: int = ALL) -> bytes:
+        """The next `count` lines in one block; fewer where the file ends or a mark comes."""
         pieces: list[bytes] = []
         self.ended = True
         while count > 0:
@@ -81,7 +114,7 @@ class Lines:
                 if self._at == len(self._held):
                     break
                 whole, self.ended = len(self._held), False
-            mark = self._held.find(MARK, self._at, whole)
+            mark = self._held.find(self.mark, self._at, whole) if self.mark else -1
             block = self._held[self._at : whole if mark < 0 else mark]
             lines = block.count(b"\n")
             if lines >= count:
@@ -98,7 +131,7 @@ class Lines:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Lines]:
+def opened(path: Path, mark: bytes = b"") -> Iterator[Lines]:
     """The lines of a file, compressed or not; raises CaseError where it cannot be read."""
     with compressed.opened(path) as stream:
-        yield Lines(path, stream)
+        yield Lines(path, stream, mark)

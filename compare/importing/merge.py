@@ -36,7 +36,8 @@ def instants(spool: Spool, pieces: Sequence[Piece], notes: list[str]) -> list[In
     if repeated:
         more = f" and {len(repeated) - 1} more" if len(repeated) > 1 else ""
         notes.append(
-            f"merged: of a frame that is there twice the later one counts ({repeated[0]}{more})"
+            "merged: of a frame that is there twice the later one counts, unless the box is told "
+            f"by the other alone ({repeated[0]}{more})"
         )
     parts = max((len(group) for group in groups.values()), default=1)
     if parts > 1:
@@ -89,7 +90,8 @@ def joined(spool: Spool, group: list[Piece], piece: Piece, repeated: list[str]):
     for k, ids in enumerate(others):
         shared = np.intersect1d(ids, mine)
         if np.array_equal(ids, mine):
-            group[k] = piece
+            if piece.box is not None or group[k].box is None:  # a dump tells more than VTK
+                group[k] = piece
             repeated.append(where)
             return
         if len(shared):

@@ -4,13 +4,15 @@ Two passes: readers give frames, which are kept aside; what must be known of all
 order, walls, axes) is told then; and each is turned and written, one at a time.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 from cases.case import Case
 from cases.errors import CaseError
 from cases.files import owned
 from cases.scratch import scratch
-from compare.importing import registry
+from compare.importing import inputs, registry
+from compare.importing.lines import Incomplete, drop
 from compare.importing.options import Options
 from compare.importing.progress import Progress
 from compare.importing.spool import Spool
@@ -23,7 +25,10 @@ def convert(options: Options, scene: Case | None, output: Path, quiet: bool = Tr
     returns the notes: one line each on what was assumed, merged, dropped, disagrees. Raises
     CaseError for what cannot be read, or is not plausible.
     """
-    notes: list[str] = []
+    files, notes = inputs.files(options.files, ("grains", "contacts"), options.format)
+    apart, more = inputs.files(options.contact_files, ("contacts",))
+    options = replace(options, files=tuple(files), contact_files=tuple(apart))
+    notes += more
     everything = [*options.files, *options.contact_files]
     with owned(output) as part, scratch(part.parent, "frames") as folder:
         shown = Progress(everything, quiet)
@@ -44,7 +49,11 @@ def gather(spool: Spool, options: Options, notes: list[str], shown: Progress) ->
     jobs = [(path, ("grains", "contacts"), options.format) for path in options.files]
     jobs += [(path, ("contacts",), None) for path in options.contact_files]
     for path, holds, name in jobs:
-        reader = registry.named(name) if name else registry.reader_of(path, holds)
+        try:
+            reader = registry.named(name) if name else registry.reader_of(path, holds)
+        except Incomplete as error:
+            drop(error, options.reading(notes))
+            continue
         if reader.holds not in holds:
             raise CaseError(f"{path}: format {reader.name} holds {reader.holds} (not {holds[0]})")
         for frame in reader.frames(path, options.reading(notes)):

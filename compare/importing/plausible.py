@@ -1,7 +1,6 @@
 """Whether grains can be what they are said to be: how dense they lie, how deep they overlap."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from compare.importing.frame import Box
 
@@ -47,6 +46,8 @@ def deepest(place: np.ndarray, radius: np.ndarray, wall: np.ndarray, box: Box | 
     """Largest overlap of two grains, not both of the wall [d of the smaller]; across the periodic
     faces of a box without tilt too.
     """
+    from scipy.spatial import cKDTree  # of packages-studies.txt
+
     size = np.zeros(3)
     if box is not None and (box.tilt is None or not np.any(box.tilt)):
         size = np.where(box.periodic, box.upper - box.lower, 0.0)

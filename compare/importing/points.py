@@ -1,5 +1,6 @@
 """Material points of other programs, from arrays under their names."""
 
+import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -59,7 +60,7 @@ def frame_of(arrays: Mapping[str, np.ndarray], source: str) -> Frame:
 
 def split(name: str, values: np.ndarray, where: str) -> dict[str, np.ndarray]:
     """The columns of a vector or of a stress."""
-    flat = values.reshape(len(values), -1)
+    flat = values.reshape(len(values), math.prod(values.shape[1:]))
     width = flat.shape[1]
     if name != "stress":
         if width not in (2, 3):
@@ -83,7 +84,9 @@ def completed(frame: Frame) -> Frame:
     columns = frame.columns
     for name in ("time", "step"):
         if name in columns:
-            value = np.ravel(columns.pop(name)).astype(float)
+            value = np.ravel(columns.pop(name))
+            if value.dtype.kind not in "iufb" or not np.isfinite(value).all():
+                raise CaseError(f"{frame.source}: {name} is no number")
             if value.size and name == "time":
                 frame.time = float(value[0])
             elif value.size:
@@ -91,14 +94,22 @@ def completed(frame: Frame) -> Frame:
     missing = [axis for axis in "xy" if axis not in columns]
     if missing:
         raise CaseError(f"{frame.source}: no {', '.join(missing)} (not material points)")
+    if np.ndim(columns["x"]) != 1:
+        raise CaseError(f"{frame.source}: x has shape {np.shape(columns['x'])} (not a column)")
     count = len(columns["x"])
     for name, values in list(columns.items()):
         if np.shape(values) != (count,):
             raise CaseError(f"{frame.source}: {name} has shape {np.shape(values)}, x ({count},)")
-        try:
-            columns[name] = values.astype(np.int64 if name == "id" else float)
-        except (TypeError, ValueError) as error:
-            raise CaseError(f"{frame.source}: {name} holds no numbers ({error})") from None
+        if np.asarray(values).dtype.kind not in "iufb":
+            raise CaseError(f"{frame.source}: {name} holds no numbers ({values.dtype.name})")
+        with np.errstate(invalid="ignore"):  # a signalling NaN is refused later, with its point
+            columns[name] = values.astype(float)
+        if name == "id":
+            whole = (columns[name] == np.trunc(columns[name])) & (np.abs(columns[name]) < 2.0**53)
+            if not whole.all():
+                row = int(np.argmin(whole))
+                raise CaseError(f"{frame.source}: id {values[row]:g} is no whole number")
+            columns[name] = values.astype(np.int64)
     plane = "z" not in columns
     if plane:
         columns["z"] = np.zeros(count)

@@ -13,7 +13,7 @@ from cases import openpmd
 from cases.case import Case
 from cases.errors import CaseError
 from cases.files import replacing
-from compare.importing import points, registry
+from compare.importing import inputs, points, registry
 from compare.importing.frame import VECTORS, Frame
 
 DOCS = {
@@ -27,6 +27,7 @@ UNITS = {
     "velocity": "m/s",
     "mass": "kg",
     "solid_volume": "m3",
+    "volume": "m3",
     "void_ratio": "-",
     "granular_temperature": "m2/s2",
     "stress": "Pa",
@@ -38,14 +39,15 @@ FAR = 1e-6  # of the extent: parts of a step whose points are farther apart are 
 @dataclass
 class PointOptions:
     """What a command line says of points. `tension`: whether tension is positive in the files (None
-    where their formats settle it); `density` [kg/m3] of the solid; `turn` (3, 3), whose rows are
-    our axes in the files' ones (`up_told`: and the user gave them), `origin` (3,) [m] likewise;
-    `gravity` (3,) [m/s2] in our axes.
+    where their formats settle it); `density` [kg/m3] of the solid, `diameter` [m] of its grains;
+    `turn` (3, 3), whose rows are our axes in the files' ones (`up_told`: and the user gave them),
+    `origin` (3,) [m] likewise; `gravity` (3,) [m/s2] in our axes.
     """
 
     tension: bool | None = None
     case: Case | None = None
     density: float | None = None
+    diameter: float | None = None
     time_step: float | None = None
     turn: np.ndarray = field(default_factory=lambda: np.eye(3))
     origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
@@ -85,6 +87,8 @@ def convert(
     if name is not None and (name not in known or known[name].holds != "points"):
         some = ", ".join(one.name for one in known.values() if one.holds == "points")
         raise CaseError(f"--format {name}: not a format of points ({some})")
+    paths, passed = inputs.files(paths, ("points",), name)
+    options.notes += passed
     chosen = {
         path: known[name] if name else registry.reader_of(path, ("points",)) for path in paths
     }
@@ -227,6 +231,8 @@ def attributes(options: PointOptions) -> dict:
         told |= {"case": scene.text, "case_resolved": scene.resolved, "time_scale": scale}
     if options.solid_density is not None:
         told["density"] = options.solid_density
+    if options.diameter is not None:
+        told["diameter"] = options.diameter
     return told
 
 
@@ -248,6 +254,8 @@ def records_of(frame: Frame, options: PointOptions) -> dict[str, np.ndarray]:
     solid = solid_volume_of(columns, records["mass"], options.solid_density)
     if solid is not None:
         records["solid_volume"] = solid
+    if "volume" in columns:
+        records["volume"] = columns["volume"]
     if "void_ratio" in columns:
         records["void_ratio"] = columns["void_ratio"]
     elif solid is not None and "volume" in columns:
@@ -316,7 +324,7 @@ def checked(frame: Frame, records: dict[str, np.ndarray]):
         raise CaseError(f"{frame.source}: id {ids[counts > 1][0]} more than once")
     for name, values in records.items():
         bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
-        if name in ("mass", "solid_volume"):
+        if name in ("mass", "solid_volume", "volume"):
             bad |= ~(values > 0.0)
         if name in ("void_ratio", "granular_temperature"):
             bad |= values < 0.0

@@ -8,6 +8,7 @@ from pathlib import Path
 from cases.errors import CaseError
 from compare.importing import compressed
 from compare.importing.frame import Frame
+from compare.importing.lines import Incomplete
 
 HEAD = 4096  # bytes that a reader knows its files by
 
@@ -46,6 +47,8 @@ def reader_of(path: Path, holds: tuple[str, ...]) -> Reader:
     several do.
     """
     head = compressed.head(path, HEAD)
+    if not head.strip():
+        raise Incomplete(f"{path}: holds nothing (killed before it was written?)")
     known = [one for one in readers().values() if one.holds in holds]
     found = [one for one in known if one.recognises(path, head)]
     if len(found) == 1:

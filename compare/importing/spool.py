@@ -4,6 +4,7 @@ Frames are written once, as they are read, and read back as often as needed: tex
 and one frame is in memory at a time.
 """
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,9 +48,9 @@ class Spool:
         order = None if np.all(ids[1:] >= ids[:-1]) else np.argsort(ids, kind="stable")
         for name, values in kept.items():
             values = values if order is None else values[order]
-            np.save(self.place(number, name), values)
+            self.save(self.place(number, name), values)
         for name, values in (frame.contacts or {}).items():
-            np.save(self.place(number, f"contact.{name}"), values)
+            self.save(self.place(number, f"contact.{name}"), values)
         self.pieces.append(
             Piece(
                 number,
@@ -64,6 +65,13 @@ class Spool:
                 float(ids.min()) if len(ids) else None,
             )
         )
+
+    @staticmethod
+    def save(path: Path, values: np.ndarray):
+        """Raises OSError that says why, which NumPy's own way to a file does not."""
+        data = io.BytesIO()
+        np.save(data, values)
+        path.write_bytes(data.getbuffer())
 
     def place(self, number: int, name: str) -> Path:
         return self.folder / f"{number}.{name}.npy"

@@ -63,7 +63,9 @@ def survey(
     times = times_of(series, options.time_step, scene, notes)
     if scene is not None:
         span = float(times[-1]) if len(series) > 1 else None
-        truth.against_case(sizes, edges.high - edges.low, span, scene, first.source, notes)
+        here = None if first.box is None else placed.box(first.box)
+        size = extent(edges.low, edges.high, here)
+        truth.against_case(sizes, size, span, scene, first.source, notes)
     return Scene(
         series,
         [piece for piece in spool.pieces if not piece.columns and piece.contacts is not None],
@@ -132,12 +134,19 @@ def seen(series: Series, wall: np.ndarray, grain: float) -> axes.Seen:
     if moved is not None and first.way is None:
         moved = np.where(periodic, 0.0, moved)
     return axes.Seen(
-        (place + radius).max(axis=0) - (place - radius).min(axis=0),
+        extent((place - radius).min(axis=0), (place + radius).max(axis=0), first.box),
         moved,
         grain,
         np.array([is_below(place[:, k], first.place[~moving, k]) for k in range(3)]),
         periodic,
     )
+
+
+def extent(low: np.ndarray, high: np.ndarray, box: Box | None) -> np.ndarray:
+    """How far grains from `low` to `high` reach (3,) [m]: where the domain repeats, its length."""
+    if box is None:
+        return high - low
+    return np.where(np.asarray(box.periodic, bool), box.upper - box.lower, high - low)
 
 
 def is_below(moving: np.ndarray, wall: np.ndarray) -> bool:

@@ -104,15 +104,15 @@ class Cursor:
             stop = len(self.data) if end < 0 else end
             words += self.data[self.at : stop].split()
             if end < 0 and len(words) >= count and not self.data[-1:].isspace():
-                raise self.short(what)
+                raise self.short(f"the last number of {what}", "? if it is whole, end its line")
             self.at = stop + 1
         if len(words) > count:
             raise CaseError(f"{self.where()}: {what} does not end a line with its number {count}")
         return words
 
-    def short(self, what: str) -> Incomplete:
+    def short(self, what: str, why: str = "?") -> Incomplete:
         self.at = len(self.data)
-        return Incomplete(f"{self.where()}: the file ends within {what} (cut short?)")
+        return Incomplete(f"{self.where()}: the file ends within {what} (cut short{why})")
 
 
 def read(path: Path, data: bytes) -> Cloud:

@@ -115,9 +115,7 @@ def cells(run: Run) -> Cells:
     ]
     interval = np.gradient(run.time) if len(run.time) > 1 else np.ones(1)
     tau = np.concatenate([np.full(len(one["x"]), t) for one, t in zip(found, run.tau())])
-    weight = np.concatenate(
-        [np.full(len(one["x"]), grid.cell_volume * dt) for one, dt in zip(found, interval)]
-    )
+    weight = np.concatenate([one.pop("weight") * dt for one, dt in zip(found, interval)])
     return Cells(
         width=width,
         tau=tau,
@@ -152,6 +150,7 @@ def of_frame(run: Run, frame: int, width: float) -> dict[str, np.ndarray]:
     zone = np.select(
         [slow < STATIC, slow < CREEP, *(nu > limit for limit in FRACTIONS)], range(5), 5
     )
+    volume = np.broadcast_to(field.grid.cell_volume, solid.shape)[known]
     nothing = np.full(len(p), np.nan)
     return {
         "x": x,
@@ -167,6 +166,7 @@ def of_frame(run: Run, frame: int, width: float) -> dict[str, np.ndarray]:
         "dissipation": get("dissipation_density")[known]
         if "dissipation_density" in field
         else nothing,
+        "weight": volume,  # times the interval, by whoever knows that
     }
 
 

@@ -5,11 +5,9 @@ gdot), and at (p, gdot, T) with the granular temperature held. The lattice is ev
 of p [Pa], gdot [1/s] and T/(gdot d)^2.
 """
 
-import tempfile
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -19,6 +17,7 @@ from cases import cores
 from cases.case import Case, schema
 from cases.errors import CaseError, EngineError
 from cases.programs import ROOT, call, program
+from cases.scratch import temporary
 from compare.judge.flow import Cells
 from compare.study.recipe import assignment
 
@@ -28,6 +27,8 @@ PER_DECADE = {2: 8, 3: 5}  # nodes of the lattice, by its dimensions
 UNSTEADY = 1e-3
 SPANNING = ("temperature", "dissipation")  # decades: their logarithms are interpolated
 ANSWERS = ("friction", "stress_ratio", "void_ratio", "temperature", "dissipation")
+
+EXTERNAL = "external"  # the law of a shared library
 
 
 @dataclass(frozen=True)
@@ -63,10 +64,11 @@ def candidates(
 ) -> list[Candidate]:
     """Every law with every card, then those of `also`: "LAW:CARD,key=value,…".
 
-    By default every law there is, and every card of cases/materials. CaseError for a name that is
-    none.
+    By default every law there is, and every card of cases/materials; a law of a shared library
+    where the scene has one, which reads no card. CaseError for a name that is none.
     """
     known_laws = schema()["material"]["law"]["choices"]
+    ours = [law for law in known_laws if law != EXTERNAL or scene["material.law"] == EXTERNAL]
     known_cards = sorted(path.stem for path in (ROOT / "cases" / "materials").glob("*.toml"))
     for asked, known, what in ((laws, known_laws, "law"), (cards, known_cards, "card")):
         for name in asked or []:
@@ -74,8 +76,8 @@ def candidates(
                 raise CaseError(f"{name}: no such {what} (known: {', '.join(known)})")
     found = [
         Candidate(f"{law}, {card}", law, card)
-        for law in laws or known_laws
-        for card in cards or known_cards
+        for law in laws or ours
+        for card in ([scene["material.card"]] if law == EXTERNAL else cards or known_cards)
     ]
     for text in also:
         head, *assignments = text.split(",")
@@ -222,9 +224,9 @@ def steady_shear(
     """
     softness = scene["dem.young_modulus"] or scene["grains.young_modulus"]
     sets = [f"mpm.young_modulus={softness!r}", *words]
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
-        given, out = Path(folder) / "conditions.h5", Path(folder) / "answers.h5"
-        case = Path(folder) / "case.toml"
+    with temporary() as folder:
+        given, out = folder / "conditions.h5", folder / "answers.h5"
+        case = folder / "case.toml"
         case.write_text(scene.resolved)
         with h5py.File(given, "w") as file:
             for name, values in conditions.items():

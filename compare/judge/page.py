@@ -70,7 +70,7 @@ def write(
         write_table(folder / "foretold.csv", provenance.head(about, FORETOLD), told, "%.4g")
         figures.append(outcome_chart.draw(outcome, folder / "outcome"))
         tables |= {
-            "Bias against outcome": outcome[[*outcome.columns[2:], "scene", "law"]],
+            "Bias against outcome, law by law": outcome[[*outcome.columns[2:], "scene", "law"]],
             "Foretold from the bias": told[[*told.columns[1:], "headline"]],
         }
     page.write(

@@ -4,7 +4,6 @@ Negative controls stand beside the laws: one with its friction doubled, and the 
 shuffled, which must be refused.
 """
 
-import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +12,7 @@ import pandas as pd
 
 from cases.case import Case
 from cases.errors import CaseError
+from cases.scratch import temporary
 from compare.judge import bias, density, flow
 from compare.judge.flow import ZONES, Cells
 from compare.judge.laws import Answers, Candidate
@@ -42,10 +42,10 @@ def mapped(files: list[Path], widths: Iterable[float], tell: Tell) -> tuple[list
     widths = sorted(widths)
     for file in files:
         flow.refuse_without_stress(file)
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+    with temporary() as folder:
         for i, width in enumerate(widths):
             tell(i / len(widths), f"mapping with a width of {width:g} d")
-            path = Path(folder) / f"{width}.h5"
+            path = folder / f"{width}.h5"
             map_fields(files, path, "--width", str(width), "--spacing", str(width / 1.5))
             found = []
             for file in files:

@@ -10,20 +10,19 @@ namespace grainpair {
 /// Mass, motion and granular temperature of one frame in one cell.
 template <int D>
 void add_motion(CellSums<D>& sum, const Samples<D>& near) {
-  const auto w = near.w.matrix();
-  const double rho = near.w.sum();
+  const double rho = near.w().sum();
   if (!(rho > 0.0)) return;
-  sum.w += rho, sum.w2 += near.w.square().sum();
-  const Eigen::Matrix<double, Eigen::Dynamic, D> wx = near.x.array().colwise() * near.w;
+  sum.w += rho, sum.w2 += near.w().square().sum();
+  thread_local Room<D> room;
+  Columns<D> wx = room.of(near.weight.size());
+  wx = near.x.array().colwise() * near.w();
   const Eigen::Matrix<double, D, 1> rho_x = wx.colwise().sum().transpose();
-  const Vec3 rho_v = w.transpose().lazyProduct(near.v).transpose();
+  const Vec3 rho_v = near.weight.transpose().lazyProduct(near.v).transpose();
   sum.v += rho_v;
   sum.xx += wx.transpose().lazyProduct(near.x) - rho_x * rho_x.transpose() / rho;
   sum.vx += near.v.transpose().lazyProduct(wx) - rho_v * rho_x.transpose() / rho;
   sum.flux += rho_v * rho_v.transpose() / rho;
-  const Eigen::Matrix<double, Eigen::Dynamic, 3> u = near.v.rowwise() - (rho_v / rho).transpose(),
-                                                 wu = u.array().colwise() * near.w;
-  sum.kinetic += Mat3(wu.transpose().lazyProduct(u));
+  sum.kinetic += spread<D>(near, rho_v / rho);
   const auto fit = affine_fit<D>(near);
   sum.by_mass[0] += fit.residual, sum.by_mass[1] += fit.freedom;
   sum.by_number[0] += fit.residual_by_number, sum.by_number[1] += fit.freedom_by_number;
@@ -35,7 +34,7 @@ inline void add_state(StateSums& sum, const Cloud& cloud, std::span<const Weight
     sum.solid += vs, sum.mass += m;
     sum.void_ratio += vs * cloud.void_ratio[w.item];
     sum.temperature += m * cloud.granular_temperature[w.item];
-    sum.stress += vs * (1.0 + cloud.void_ratio[w.item]) * to_matrix(cloud.stress[w.item]);
+    sum.stress += cloud.volume_of(w.item) * w.value * to_matrix(cloud.stress[w.item]);
   }
 }
 
@@ -67,14 +66,14 @@ void add_frame(FrameSums<D>& sums, const Cloud& cloud, const KernelSums& frame,
       if (cloud.has_contacts)
         sum.contacts[0] += w.value * cloud.contact_number[w.item], sum.contacts[1] += w.value;
     }
-    const auto& near = gather(sums.grid, cloud, frame.points, k, cloud.mass, cloud.v, several);
-    const double rho = near.w.sum();
+    const auto near = gather(sums.grid, cloud, frame.points, k, cloud.mass, cloud.v, several);
+    const double rho = near.w().sum();
     add_motion<D>(sum, near);
     if (!cloud.spin.empty()) {
-      const auto& spins = gather(sums.grid, cloud, frame.points, k, cloud.inertia, cloud.spin);
+      const auto spins = gather(sums.grid, cloud, frame.points, k, cloud.inertia, cloud.spin);
       const auto fit = affine_fit<D>(spins);
       if (!std::isnan(fit.variance))
-        sum.rotation[0] += fit.variance * spins.w.sum(), sum.rotation[1] += rho;
+        sum.rotation[0] += fit.variance * spins.w().sum(), sum.rotation[1] += rho;
     }
     if (!cloud.stress.empty()) add_state(sums.state[k], cloud, weights);
     if (cloud.has_contacts) sums.along[k] += frame.along[k], sums.at[k] += frame.at[k];
@@ -118,7 +117,9 @@ class AverageMaps : private DerivedMaps {
       put(momentum, k, Vec3(sum.v / sums_.frames));
       put(velocity, k, sum.w > 0.0 ? Vec3(sum.v / sum.w) : Vec3::Constant(nan));
       number[k] = sum.w2 > 0.0 ? sum.w * sum.w / sum.w2 : 0.0;
-      put(gradient_, k, gradient(sum));
+      Mat3 L = gradient(sum);
+      if (sums_.grid.of_rings()) add_hoop(sums_.grid.radius(k), sum.v / sum.w, L);
+      put(gradient_, k, L);
     });
   }
 
@@ -127,9 +128,7 @@ class AverageMaps : private DerivedMaps {
     Mat3 L = Mat3::Zero();
     Eigen::Matrix<double, 3, D> G = Eigen::Matrix<double, 3, D>::Constant(nan);
     const Eigen::LLT<Eigen::Matrix<double, D, D>> factors(sum.xx);
-    const auto pivots = factors.matrixLLT().diagonal().array().square();
-    if (factors.info() == Eigen::Success && pivots.minCoeff() > 1e-6 * sum.xx.trace())
-      G = factors.solve(sum.vx.transpose()).transpose();
+    if (spans_all<D>(factors, sum.xx.trace())) G = factors.solve(sum.vx.transpose()).transpose();
     for (int a = 0; a < D; ++a) L.col(sums_.grid.direction(a)) = G.col(a);
     return L;
   }

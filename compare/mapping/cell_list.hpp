@@ -71,8 +71,10 @@ class CellList {
   }
 
  private:
+  /// Beside the bins, -1 or their number: an image of a place may lie any number of bins away.
   int index(int a, double x) const {
-    return static_cast<int>(std::floor((x - lower_[a]) / side_[a]));
+    return static_cast<int>(
+        std::clamp(std::floor((x - lower_[a]) / side_[a]), -1.0, static_cast<double>(bins_[a])));
   }
   std::size_t bin(const Point& r) const {
     std::size_t k = 0;

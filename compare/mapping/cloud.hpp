@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <string>
 #include <vector>
 
 #include "mpm/numbers/tensor.hpp"
@@ -40,7 +41,14 @@ struct Cloud {
   std::vector<double> void_ratio;            // [-]
   std::vector<double> granular_temperature;  // [m2/s2]
   std::vector<SymTensor> stress;             // [Pa]
+  std::vector<double> volume;  // with voids [m3]; empty: solid_volume (1 + void_ratio)
 
+  /// Fields that points of another program lack records for; what stands here for those is NaN.
+  std::vector<std::string> untold;
+
+  double volume_of(std::size_t p) const {
+    return volume.empty() ? solid_volume[p] * (1.0 + void_ratio[p]) : volume[p];
+  }
   std::size_t size() const { return x.size(); }
   /// Whether these are grains of different masses (material points are no grains).
   bool of_several_masses() const {
@@ -90,6 +98,7 @@ inline Cloud cut(const Cloud& c, const Range& range) {
   Cloud out;
   out.has_contacts = c.has_contacts;
   out.has_dissipation = c.has_dissipation;
+  out.untold = c.untold;
   const auto keep = [](const auto& from, auto& to, std::size_t p) {
     if (!from.empty()) to.push_back(from[p]);
   };
@@ -106,7 +115,7 @@ inline Cloud cut(const Cloud& c, const Range& range) {
           keep(c.contact_number, out.contact_number, p);
       keep(c.void_ratio, out.void_ratio, p),
           keep(c.granular_temperature, out.granular_temperature, p);
-      keep(c.stress, out.stress, p);
+      keep(c.stress, out.stress, p), keep(c.volume, out.volume, p);
     }
     for (Contact k : c.contacts) {
       k.start += shift, k.point += shift;

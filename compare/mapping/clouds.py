@@ -1,7 +1,7 @@
 """The frames of a result file: clouds of what moves, read from HDF5 and checked as they are."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import overload
@@ -54,11 +54,14 @@ class Cloud:
 
 class StoredClouds(Sequence[Cloud]):
     """The frames of a result file; each is read when it is asked for, the last one kept. Raises
-    CaseError where one cannot be read or holds numbers that are none.
+    CaseError where one cannot be read or holds numbers that are none. Where `sector` is
+    told, x and v have the components radius, height, angle about the axis x = z = 0, and what a
+    frame holds is divided by it.
     """
 
     def __init__(self, path: Path, steps: list[int]):
         self.path, self.steps = path, steps
+        self.sector: float | None = None
         self.kept: tuple[int, Cloud] | None = None
 
     def __len__(self) -> int:
@@ -80,9 +83,37 @@ class StoredClouds(Sequence[Cloud]):
             self.kept = (step, self.read(step))
         return self.kept[1]
 
+    def records(self, i: int, names: Iterable[str]) -> dict[str, np.ndarray]:
+        """Scalar records (N,) by name of what moves in frame i; those that the file lacks are left
+        out.
+        """
+        with reading.result(self.path) as f:
+            cloud = reading.group(f, f"data/{self.steps[i]}/particles/cloud")
+            moving = moving_of(cloud, count := reading.length(cloud, "mass"))
+            return {
+                name: reading.values(cloud, name, count)[moving] for name in names if name in cloud
+            }
+
     def read(self, step: int) -> Cloud:
         with reading.result(self.path) as f:
-            return cloud_of(reading.group(f, f"data/{step}/particles/cloud"))
+            found = cloud_of(reading.group(f, f"data/{step}/particles/cloud"))
+        return turned(found, self.sector) if self.sector else found
+
+
+def turned(cloud: Cloud, sector: float) -> Cloud:
+    """With the components radius, height, angle of places and velocities; of places the last is
+    zero. What points are whole circles of is divided by `sector`.
+    """
+    r = np.hypot(cloud.x[:, 0], cloud.x[:, 2])
+    cos, sin = (np.divide(part, r, np.ones(len(r)), where=r > 0.0) for part in cloud.x.T[::2])
+    v = cloud.v.copy()
+    v[:, 0] = cos * cloud.v[:, 0] + sin * cloud.v[:, 2]
+    v[:, 2] = cos * cloud.v[:, 2] - sin * cloud.v[:, 0]
+    x = np.stack([r, cloud.x[:, 1], np.zeros(len(r))], axis=1)
+    state = cloud.state
+    if "dissipated" in state:
+        state = state | {"dissipated": state["dissipated"] / sector}
+    return Cloud(x, v, cloud.mass / sector, cloud.solid_volume / sector, state)
 
 
 def cloud_of(cloud: h5py.Group) -> Cloud:
@@ -96,9 +127,7 @@ def cloud_of(cloud: h5py.Group) -> Cloud:
             raise CaseError(f"{reading.where(cloud)}/{name}: row {row} is {found[row]:g} (not > 0)")
     if "positionOffset" in cloud and np.any(reading.vectors(cloud, "positionOffset", count)):
         raise CaseError(f"{reading.where(cloud)}/positionOffset: not zero (positions are absolute)")
-    moving = np.ones(count, bool)
-    if "kind" in cloud:
-        moving = reading.values(cloud, "kind", count) != GLUED
+    moving = moving_of(cloud, count)
     of_points = [name for name in POINT_STATE if name in cloud]
     state = {name: reading.values(cloud, name, count)[moving] for name in of_points}
     if "stress" in cloud:
@@ -113,6 +142,13 @@ def cloud_of(cloud: h5py.Group) -> Cloud:
         state["dissipated"] = mass[moving] * sum(state[name] for name in DISSIPATION)
     x, v = (reading.vectors(cloud, name, count)[moving] for name in ("position", "velocity"))
     return Cloud(x, v, mass[moving], volume[moving], state)
+
+
+def moving_of(cloud: h5py.Group, count: int) -> np.ndarray:
+    """Which of the particles (N,) belong to no wall."""
+    if "kind" not in cloud:
+        return np.ones(count, bool)
+    return reading.values(cloud, "kind", count) != GLUED
 
 
 def volumes(cloud: h5py.Group, count: int) -> np.ndarray:
@@ -147,7 +183,7 @@ def open_grains(path: str | Path) -> CloudFile:
     with reading.result(path) as f:
         told = checked(path, UNTOLD | reading.attributes(f))
         engine = told.get("engine")
-        if engine not in ("mpm", "dem"):
+        if not isinstance(engine, str) or engine not in ("mpm", "dem"):
             raise CaseError(f"{path}: attribute engine is {engine!r} (neither 'mpm' nor 'dem')")
         names = list(reading.group(f, "data"))
         strange = [name for name in names if not name.isdecimal() or str(int(name)) != name]
@@ -180,6 +216,7 @@ def check_frame(frame: h5py.Group) -> float:
     needed = [f"{r}/{k}" for r in ("position", "velocity") for k in "xyz"]
     scalars = (
         "solid_volume",
+        "volume",
         "id",
         "kind",
         "radius",

@@ -13,7 +13,9 @@
 // own cell.
 //
 // Directions that are not mapped are averaged over their depth: D = 2 maps x and y and averages
-// over the thickness, D = 1 maps one axis, y where nothing else is asked for. Compression positive.
+// over the thickness, D = 1 maps one axis, y where nothing else is asked for. About an axis D = 2
+// maps radius and height and averages over the angle (rings.hpp); vectors and tensors have the
+// components r, y, angle. Compression positive.
 // Formulas: Goldhirsch, Granular Matter 12:239 (2010); wall terms: Weinhart et al., Granular Matter
 // 14:289 (2012).
 #pragma once
@@ -28,7 +30,7 @@
 namespace grainpair {
 
 /// What happens to the part of a kernel that passes an end of the grid.
-enum class Edge { open, mirror, periodic };
+enum class Edge { open, mirror, periodic, axis };
 
 template <int D>
 struct SampleGrid {
@@ -39,6 +41,9 @@ struct SampleGrid {
   std::array<Edge, D> low_edge, high_edge;
   double depth = 1.0;  // extent of what is averaged over [m^(3-D)]
   int along = 1;       // the direction that a grid of one axis maps
+  // Where the first axis is a radius (rings.hpp): the angle of the sector that cells are rings of
+  // [rad], and the kernel's width [m]. Zero in a plane.
+  double angle = 0.0, width = 0.0;
 
   /// The part whose fields are asked for: `part.count` layers of cells along one axis, all of the
   /// grid where that is zero. Whatever the parts, a point's weights are those in the whole grid.
@@ -54,7 +59,16 @@ struct SampleGrid {
     return q;
   }
   double centre(int a, int k) const { return lower[a] + (k + 0.5) * spacing[a]; }
-  double cell_volume() const { return spacing.prod() * depth; }  // [m3]
+  bool of_rings() const { return angle > 0.0; }
+  /// Of the cells that are the k-th along the first axis [m3].
+  double cell_volume(int k = 0) const {
+    return spacing.prod() * (of_rings() ? angle * centre(0, k) : depth);
+  }
+
+  /// Of the rings that cell k of the part belongs to [m].
+  double radius(std::size_t k) const {
+    return centre(0, first(0) + static_cast<int>(k % static_cast<std::size_t>(count(0))));
+  }
 
   bool whole() const { return part.count == 0; }
   int first(int a) const { return whole() || a != part.axis ? 0 : part.first; }
@@ -80,6 +94,7 @@ struct Field {
 struct Fields {
   std::vector<Field> list;
   const Field& operator[](const std::string& name) const;  // throws std::out_of_range
+  void drop(const std::vector<std::string>& names);
 };
 
 struct Grain {

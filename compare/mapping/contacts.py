@@ -9,7 +9,7 @@ import numpy as np
 from cases import reading
 from cases.errors import CaseError
 from compare.mapping.clouds import StoredClouds
-from compare.mapping.runs import Run
+from compare.mapping.runs import Run, about_axis
 
 FLOOR = -3  # a contact's second, where that is a smooth base
 MOVING = 0.02  # of sqrt(g H), along the base
@@ -44,11 +44,11 @@ def frames(run: Run, record: str) -> Iterator[Contacts]:
 
 
 def contacts_of(group: h5py.Group, cloud: h5py.Group, record: str) -> Contacts:
-    ids = reading.values(cloud, "id").astype(np.int64)
+    ids = reading.whole(cloud, "id")
     values, order = reading.values(cloud, record, len(ids)), np.argsort(ids)
     ids, values = ids[order], values[order]
-    first = reading.values(group, "first").astype(np.int64)
-    second = reading.values(group, "second", len(first)).astype(np.int64)
+    first = reading.whole(group, "first")
+    second = reading.whole(group, "second", len(first))
     unknown = np.setdiff1d(np.concatenate([first, second[second > 0]]), ids)
     if len(unknown):
         raise CaseError(f"{reading.where(group)}: of a grain {unknown[0]} that is not in its frame")
@@ -75,8 +75,10 @@ def largest_overlap(run: Run) -> float:
 def base_friction(run: Run) -> float:
     """Friction that a smooth base exerts where grains move along it: sums of tangential over normal
     forces of the contacts whose grain is faster than MOVING, all frames together. NaN where the
-    frames hold no such contact.
+    frames hold no such contact, and about an axis.
     """
+    if about_axis(run.case):
+        return float("nan")  # forces are told along x, y, z
     least = MOVING * np.sqrt(run.case["geometry.gravity"] * run.height)
     along = across = 0.0
     for contacts in frames(run, "velocity/x"):

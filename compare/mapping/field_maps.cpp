@@ -73,6 +73,12 @@ const Field& Fields::operator[](const std::string& name) const {
   throw std::out_of_range("no field '" + name + "'");
 }
 
+void Fields::drop(const std::vector<std::string>& names) {
+  std::erase_if(list, [&](const Field& field) {
+    return std::find(names.begin(), names.end(), field.name) != names.end();
+  });
+}
+
 void FieldMaps::map_two_step(const Stencils& points, const std::vector<double>& fluctuation) {
   double* T = out_.add("granular_temperature_two_step");
   out_.for_cells([&](std::size_t k) {
@@ -97,7 +103,7 @@ void FieldMaps::map_state(const Stencils& points) {
       const double vs = cloud_.solid_volume[w.item] * w.value;
       solid += vs, e[k] += vs * cloud_.void_ratio[w.item];
       T[k] += cloud_.mass[w.item] * w.value * cloud_.granular_temperature[w.item];
-      sigma += vs * (1.0 + cloud_.void_ratio[w.item]) * to_matrix(cloud_.stress[w.item]);
+      sigma += cloud_.volume_of(w.item) * w.value * to_matrix(cloud_.stress[w.item]);
     }
     e[k] = solid > 0.0 ? e[k] / solid : nan;
     T[k] = density_[k] > 0.0 ? T[k] / density_[k] : nan;

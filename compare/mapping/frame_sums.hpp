@@ -53,6 +53,7 @@ struct FrameSums {
   std::vector<Eigen::Vector4d> at;
   std::vector<StateSums> state;
   double frames_with_contacts = 0.0;
+  std::vector<std::string> untold;  // of any frame
 };
 
 /// Adds a frame. `fluctuation`: of `fluctuations`.

@@ -1,6 +1,7 @@
 // grain_map: runs of either engine, or grains of another code -> fields of all on one grid, through
 // one kernel of one width.
 #include <fmt/format.h>
+#include <malloc.h>
 #include <omp.h>
 
 #include <chrono>
@@ -10,6 +11,7 @@
 
 #include "cases/command_line.hpp"
 #include "cases/draft.hpp"
+#include "cases/hdf5.hpp"
 #include "compare/mapping/frame_sums.hpp"
 #include "compare/mapping/layout.hpp"
 #include "compare/mapping/parts.hpp"
@@ -54,7 +56,7 @@ class Progress {
 
 template <int D>
 void write_grid(H5File& out, const SampleGrid<D>& grid) {
-  static const std::array<const char*, 3> words{"open", "mirror", "periodic"};
+  static const std::array<const char*, 4> words{"open", "mirror", "periodic", "axis"};
   out.make_group("/grid");
   for (int a = 0; a < D; ++a) {
     std::vector<double> centres;
@@ -66,6 +68,10 @@ void write_grid(H5File& out, const SampleGrid<D>& grid) {
     out.set(name, "unit", "m");
     out.set(name, "low_edge", words[static_cast<std::size_t>(grid.low_edge[i])]);
     out.set(name, "high_edge", words[static_cast<std::size_t>(grid.high_edge[i])]);
+  }
+  if (grid.of_rings()) {
+    out.set("/grid", "angle", grid.angle);
+    return;
   }
   out.set("/grid", "cell_volume", grid.cell_volume());
   out.set("/grid", "depth", grid.depth);
@@ -81,27 +87,43 @@ class Series {
   void write(const Fields& fields, std::size_t frame, const SampleGrid<D>& part) {
     // The conserved fields keep their sixteen digits; the rest are stored in single precision.
     static const std::set<std::string> exact{"density", "momentum", "solid_fraction"};
-    for (const auto& field : fields.list) {
+    const auto& list = fields.list;
+    std::vector<std::optional<PackedBlock>> packed(list.size());
+#pragma omp parallel for schedule(dynamic)
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const auto& [name, unit, doc, components, values] = list[i];
+      packed[i].emplace(values, extent(part, components), extent(block_, components),
+                        exact.contains(name));
+    }
+    std::vector<hsize_t> shape, start;
+    for (int a = D - 1; a >= 0; --a) {
+      shape.push_back(static_cast<hsize_t>(part.cells[static_cast<std::size_t>(a)]));
+      start.push_back(static_cast<hsize_t>(part.first(a)));
+    }
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const auto& field = list[i];
       const std::string name = group_ + "/" + field.name;
-      std::vector<hsize_t> shape, block, start, count;
-      for (int a = D - 1; a >= 0; --a) {
-        shape.push_back(static_cast<hsize_t>(part.cells[static_cast<std::size_t>(a)]));
-        block.push_back(static_cast<hsize_t>(block_.count(a)));
-        start.push_back(static_cast<hsize_t>(part.first(a)));
-        count.push_back(static_cast<hsize_t>(part.count(a)));
-      }
-      for (int rank = field.components; rank >= 3; rank /= 3)
-        shape.push_back(3), block.push_back(3), start.push_back(0), count.push_back(3);
+      auto all = shape, from = start;
+      for (int rank = field.components; rank >= 3; rank /= 3) all.push_back(3), from.push_back(0);
       if (made_.insert(name).second) {
-        out_.make_series(name, frames_, shape, block, exact.contains(field.name));
+        out_.make_series(name, frames_, all, extent(block_, field.components),
+                         exact.contains(field.name));
         out_.set(name, "unit", field.unit);
         out_.set(name, "doc", field.doc);
       }
-      out_.write_block(name, frame, start, count, field.values);
+      out_.write_block(name, frame, from, *packed[i]);
     }
   }
 
  private:
+  /// Cells of a part, and three for every rank of a tensor.
+  static std::vector<hsize_t> extent(const SampleGrid<D>& part, int components) {
+    std::vector<hsize_t> out;
+    for (int a = D - 1; a >= 0; --a) out.push_back(static_cast<hsize_t>(part.count(a)));
+    for (int rank = components; rank >= 3; rank /= 3) out.push_back(3);
+    return out;
+  }
+
   H5File& out_;
   std::string group_;
   std::size_t frames_;
@@ -137,6 +159,7 @@ struct Mapping {
   Cloud cloud(const RunFile& run, std::size_t frame) const {
     Cloud all = run.cloud(frame);
     for (const Range& range : layout.cuts(run, frame)) all = cut(all, range);
+    layout.refuse_wide(run, frame, all);
     sort_by_cell(all, layout.grid(run, frame));
     return all;
   }
@@ -241,7 +264,7 @@ void map_all(const std::vector<RunFile>& runs, const MapOptions& o, H5File& out)
   const std::string name = o.kernel.empty() ? scene.kernel : o.kernel;
   const Kernel<D> kernel = make_kernel<D>(name, w);
   const double reach = std::visit([](const auto& k) { return k.cutoff(); }, kernel);
-  const Layout<D> layout(runs, o, h, reach);
+  const Layout<D> layout(runs, o, h, w, reach);
   write_grid(out, layout.grid(runs.front(), o.frames.empty() ? 0 : o.frames.front()));
   out.set("/", "schema_version", 1.0);
   out.set("/", "software", "grainpair");
@@ -331,8 +354,13 @@ int main(int argc, char** argv) {
       return 2;
     }
   if (o.threads > 0) omp_set_num_threads(o.threads);
+  // Tables of hundreds of megabytes come and go with every part: memory once had is kept.
+  mallopt(M_MMAP_MAX, 0), mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
   try {
-    map(o);
+    hdf5::with_room(o.output, 0.0, [&] { map(o); });
+  } catch (const RoomError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 3;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "{}: out of memory raise the spacing\n", o.output);
     return 3;

@@ -10,6 +10,16 @@
 
 namespace grainpair {
 
+/// A block of a dataset as the file holds it: bytes of like weight together, then deflated.
+struct PackedBlock {
+  std::vector<unsigned char> bytes;
+
+  /// Of `values` of the shape `count`, NaN where `block`, as long or longer along one axis, holds
+  /// more. Threads may pack at once.
+  PackedBlock(std::span<const double> values, const std::vector<hsize_t>& count,
+              const std::vector<hsize_t>& block, bool exact);
+};
+
 class H5File {
  public:
   static H5File open(const std::string& path);    // to read
@@ -39,9 +49,9 @@ class H5File {
   /// by blocks of the shape `block`; `exact` keeps doubles.
   void make_series(const std::string& dataset, hsize_t frames, const std::vector<hsize_t>& shape,
                    const std::vector<hsize_t>& block, bool exact);
-  /// Values of one frame, from `start` on; start and count as long as the shape of a frame.
+  /// A block of one frame, at `start`; start is as long as the shape of a frame.
   void write_block(const std::string& dataset, hsize_t frame, const std::vector<hsize_t>& start,
-                   const std::vector<hsize_t>& count, std::span<const double> values);
+                   const PackedBlock& block);
   void set(const std::string& object, const std::string& attribute, const std::string& text);
   void set(const std::string& object, const std::string& attribute, double number);
   /// Throws where what was written does not reach the disk.
@@ -57,6 +67,7 @@ class H5File {
 
   std::string path_;
   hdf5::Handle file_;
+  mutable std::string there_;  // where has() found something last: its siblings are asked for next
 };
 
 }  // namespace grainpair

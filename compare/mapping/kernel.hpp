@@ -191,8 +191,9 @@ Kernel<D> make_kernel(const std::string& name, double w) {
   if (name == "lucy") return Lucy<D>(w);
   if (name == "heaviside") return Heaviside<D>(w);
   if (name == "linear") return Linear<D>(w);
-  throw std::invalid_argument("unknown kernel '" + name +
-                              "' (known: gauss, lucy, heaviside, linear)");
+  std::string line = "unknown kernel '" + name + "' (known: gauss, lucy, heaviside, linear)";
+  for (char& c : line) c = c == '\n' || c == '\r' ? ' ' : c;
+  throw std::invalid_argument(line);
 }
 
 }  // namespace grainpair

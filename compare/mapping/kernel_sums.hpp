@@ -9,7 +9,7 @@
 
 #include "compare/mapping/cell_list.hpp"
 #include "compare/mapping/field_maps.hpp"
-#include "compare/mapping/stencil.hpp"
+#include "compare/mapping/items.hpp"
 
 namespace grainpair {
 
@@ -76,6 +76,37 @@ Sources sources(const Cloud& cloud, const SampleGrid<D>& grid, double cutoff) {
   return out;
 }
 
+/// The points of a cell list within reach of a place: places in the list, and squared distances.
+struct Near {
+  std::vector<std::uint32_t> index;
+  std::vector<double> distance2;
+  int count = 0;
+
+  template <int D>
+  void find(const CellList<D>& cells, const typename SampleGrid<D>::Point& place, double reach2) {
+    std::array<const double*, D> x;
+    for (int a = 0; a < D; ++a) x[a] = cells.coordinate(a).data();
+    std::size_t found = 0;
+    cells.runs(place, [&, reach2](const auto& r, std::size_t begin, std::size_t end) {
+      const std::size_t most = found + end - begin + 1;
+      if (index.size() < most) index.resize(2 * most), distance2.resize(2 * most);
+      auto *to = index.data(), *const start = to;
+      to += found;
+      double* squared = distance2.data() + found;
+      const typename SampleGrid<D>::Point from = r;
+      for (std::size_t j = begin; j < end; ++j) {  // what is out of reach is overwritten: no branch
+        double r2 = 0.0;
+        for (int a = 0; a < D; ++a) r2 += (x[a][j] - from[a]) * (x[a][j] - from[a]);
+        *to = static_cast<std::uint32_t>(j), *squared = r2;
+        const bool inside = r2 < reach2;
+        to += inside, squared += inside;
+      }
+      found = static_cast<std::size_t>(to - start);
+    });
+    count = static_cast<int>(found);
+  }
+};
+
 /// Squared fluctuation |v_i - V(r_i)|^2 / c_i of every point, V smoothed with the same kernel at
 /// the point itself, and
 ///   c_i = 1 - 2 w_ii/S_i + sum_j w_ij^2/S_i^2,   w_ij = m_j phi_ij,  S_i = sum_j w_ij,
@@ -95,27 +126,34 @@ std::vector<double> two_step_fluctuation(const Cloud& cloud, const SampleGrid<D>
   const std::array v{sorted(near.v[0]), sorted(near.v[1]), sorted(near.v[2])};
   std::vector<double> out(cloud.size(), std::numeric_limits<double>::quiet_NaN());
   const double c2 = kernel.cutoff() * kernel.cutoff();
-#pragma omp parallel for schedule(dynamic, 256)
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    double S = 0.0, S2 = 0.0, Vx = 0.0, Vy = 0.0, Vz = 0.0;
-    const K phi = kernel;
-    cells.runs(grid.project(cloud.x[i]), [&](const auto& r, std::size_t begin, std::size_t end) {
-      std::array<const double*, D> x;
-      for (int a = 0; a < D; ++a) x[a] = cells.coordinate(a).data();
+#pragma omp parallel
+  {
+    Near here;
+#pragma omp for schedule(dynamic, 256)
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      here.find(cells, grid.project(cloud.x[i]), c2);
+      double S = 0.0, S2 = 0.0, Vx = 0.0, Vy = 0.0, Vz = 0.0;
+      stencil_detail::kernel_values(kernel, here.count, here.distance2.data());
+      double own = kernel.at(0.0);
+      if (grid.of_rings()) {
+        const double r = cloud.x[i][0];
+        for (int k = 0; k < here.count; ++k)
+          here.distance2[static_cast<std::size_t>(k)] *=
+              ring_factor(grid, r, cells.coordinate(0)[here.index[static_cast<std::size_t>(k)]]);
+        own *= ring_factor(grid, r, r);
+      }
       const double *m = mass.data(), *q = share.data(), *vx = v[0].data(), *vy = v[1].data(),
                    *vz = v[2].data();
 #pragma omp simd reduction(+ : S, S2, Vx, Vy, Vz)
-      for (std::size_t j = begin; j < end; ++j) {
-        double r2 = 0.0;
-        for (int a = 0; a < D; ++a) r2 += (x[a][j] - r[a]) * (x[a][j] - r[a]);
-        const bool inside = r2 < c2;
-        const double value = m[j] * phi.at(inside ? r2 : c2), w = inside ? value : 0.0;
+      for (int k = 0; k < here.count; ++k) {
+        const std::uint32_t j = here.index[static_cast<std::size_t>(k)];
+        const double w = m[j] * here.distance2[static_cast<std::size_t>(k)];
         S += w, S2 += w * w * q[j], Vx += w * vx[j], Vy += w * vy[j], Vz += w * vz[j];
       }
-    });
-    const double c = 1.0 - 2.0 * cloud.mass[i] * kernel.at(0.0) / S + S2 / (S * S);
-    const Vec3 V(Vx / S, Vy / S, Vz / S);
-    if (c > 0.05) out[i] = (cloud.v[i] - V).squaredNorm() / c;
+      const double c = 1.0 - 2.0 * cloud.mass[i] * own / S + S2 / (S * S);
+      const Vec3 V(Vx / S, Vy / S, Vz / S);
+      if (c > 0.05) out[i] = (cloud.v[i] - V).squaredNorm() / c;
+    }
   }
   return out;
 }

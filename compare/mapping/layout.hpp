@@ -26,6 +26,11 @@ struct MapOptions {
 constexpr double largest_grid =
     5e7;  // cells; a run that needs more has lost a point or mistaken a unit
 
+constexpr double most_periods = 20.0;  // that a kernel reaches over: each is an image of all points
+
+constexpr double widest_contact = 1e6;  // cells that a contact reaches over
+constexpr double most_rows = 65536;     // of them, and most cells in a row: the table has no more
+
 /// What all frames of all runs need.
 struct Extent {
   Vec3 lower, upper, grains_lower, grains_upper;
@@ -47,11 +52,18 @@ Cells cells_between(double wall_low, double wall_high, bool mirror, double lower
 template <int D>
 class Layout {
  public:
-  /// h: spacing, reach: of the kernel [m].
-  Layout(const std::vector<RunFile>& runs, const MapOptions& o, double h, double reach)
-      : options_(o), scene_(runs.front().scene()), extent_(extent(runs)) {
+  /// h: spacing, w: width of the kernel, reach: its support [m].
+  Layout(const std::vector<RunFile>& runs, const MapOptions& o, double h, double w, double reach)
+      : options_(o), scene_(runs.front().scene()), extent_(extent(runs)), reach_(reach) {
     refuse_strangers(runs);
     common_.along = static_cast<int>(o.along.front() - 'x');
+    if (scene_.angle > 0.0) {
+      if (D != 2 || !o.ranges[2].empty())
+        throw std::runtime_error(runs.front().file().path() +
+                                 ": a run about an axis is mapped over radius and height alone "
+                                 "leave --dimension and --range-z out");
+      common_.angle = scene_.angle, common_.width = w;
+    }
     const Box box = runs.front().box(first(o));
     double cells = 1.0;
     for (int a = 0; a < D; ++a) {
@@ -68,6 +80,8 @@ class Layout {
                         "the spacing is too fine)",
                         runs.front().file().path(), extent_.upper[i] - extent_.lower[i], "xyz"[i],
                         cells * std::max(c.count, span)));
+      if (c.low_edge == Edge::mirror && c.high_edge == Edge::mirror)
+        refuse_images(runs.front(), i, c.count * c.spacing);
       common_.cells[j] = std::max(1, static_cast<int>(c.count));
       common_.lower[a] = c.lower, common_.spacing[a] = c.spacing;
       common_.low_edge[j] = c.low_edge, common_.high_edge[j] = c.high_edge;
@@ -83,13 +97,33 @@ class Layout {
       const int i = g.direction(a);
       mapped[static_cast<std::size_t>(i)] = true;
       if (!periodic(i)) continue;
+      refuse_images(run, i, box.upper[i] - box.lower[i]);
       g.lower[a] = box.lower[i];
       g.spacing[a] = (box.upper[i] - box.lower[i]) / g.cells[static_cast<std::size_t>(a)];
     }
+    if (g.of_rings()) return g;
     g.depth = 1.0;
     for (int i = 2; i >= 0; --i)
       if (!mapped[static_cast<std::size_t>(i)]) g.depth *= depth(i, box);
     return g;
+  }
+
+  /// Refuses contacts that reach over more cells than fit the table of weights.
+  void refuse_wide(const RunFile& run, std::size_t frame, const Cloud& cloud) const {
+    if (cloud.contacts.empty()) return;
+    const SampleGrid<D> g = grid(run, frame);
+    for (std::size_t n = 0; n < cloud.contacts.size(); ++n) {
+      const Contact& c = cloud.contacts[n];
+      const Vec3 size = c.branch.cwiseAbs().cwiseMax((c.point - c.start).cwiseAbs());
+      double row = 1.0, rows = 1.0;
+      for (int a = 0; a < D; ++a)
+        (a == 0 ? row : rows) *= (size[g.direction(a)] + 2.0 * reach_) / g.spacing[a] + 2.0;
+      if (row < most_rows && rows < most_rows && row * rows < widest_contact) continue;
+      throw std::runtime_error(
+          fmt::format("{}: contact {} of frame {}, {:.3g} m long, reaches over {:.3g} cells "
+                      "(units? a grain far larger than the others, or too fine a spacing?)",
+                      run.file().path(), n, frame, size.norm(), row * rows));
+    }
   }
 
   /// The ranges that a frame's cloud has to be cut to.
@@ -112,6 +146,15 @@ class Layout {
   const std::string& notes() const { return notes_; }
 
  private:
+  /// A domain of `size` that repeats, or lies between mirrors, is an image as often as the kernel
+  /// reaches over it.
+  void refuse_images(const RunFile& run, int i, double size) const {
+    if (reach_ <= most_periods * size) return;
+    throw std::runtime_error(
+        fmt::format("{}: the kernel reaches {:.3g} m in {}, where all repeats after {:.3g} m "
+                    "(units? a box or walls that are not the grains'?)",
+                    run.file().path(), reach_, "xyz"[i], size));
+  }
   static std::size_t first(const MapOptions& o) { return o.frames.empty() ? 0 : o.frames.front(); }
   bool periodic(int i) const { return scene_.periodic[static_cast<std::size_t>(i)]; }
 
@@ -120,6 +163,8 @@ class Layout {
     return {lower, (upper - lower) / count, count, Edge::periodic, Edge::periodic};
   }
   Cells cells_of_axis(int i, double h, double reach) {
+    if (scene_.angle > 0.0 && i == 0)
+      return {0.0, h, std::ceil((extent_.upper[0] + reach) / h), Edge::axis, Edge::open};
     double low = scene_.wall_low[i], high = scene_.wall_high[i];
     // Nothing is folded at a plane that grains lie behind.
     const double d = scene_.grain.diameter;
@@ -145,6 +190,7 @@ class Layout {
   const MapOptions& options_;
   Scene scene_;
   Extent extent_;
+  double reach_;  // of the kernel [m]
   SampleGrid<D> common_;
   std::string notes_;
 };

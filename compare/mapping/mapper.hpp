@@ -43,18 +43,16 @@ class Mapper : private FieldMaps {
       for (const auto& weight : points.of_cell(k))
         phi_s[k] += cloud_.solid_volume[weight.item] * weight.value;
       e[k] = phi_s[k] > 0.0 ? (1.0 - phi_s[k]) / phi_s[k] : nan;
-      const auto& near = gather(grid_, cloud_, points, k, cloud_.mass, cloud_.v, several);
-      const double rho = near.w.sum(), rho2 = near.w.square().sum();
-      const Vec3 rho_v = near.w.matrix().transpose().lazyProduct(near.v).transpose();
+      const auto near = gather(grid_, cloud_, points, k, cloud_.mass, cloud_.v, several);
+      const double rho = near.w().sum(), rho2 = near.w().square().sum();
+      const Vec3 rho_v = near.weight.transpose().lazyProduct(near.v).transpose();
       density_[k] = rho;
       put(momentum, k, rho_v);
       const Vec3 V = rho > 0.0 ? Vec3(rho_v / rho) : Vec3::Constant(nan);
       put(velocity, k, V);
       number[k] = rho2 > 0.0 ? rho * rho / rho2 : 0.0;
 
-      const Eigen::Matrix<double, Eigen::Dynamic, 3> u = near.v.rowwise() - V.transpose(),
-                                                     wu = u.array().colwise() * near.w;
-      const Mat3 sigma_k = near.w.size() ? Mat3(wu.transpose().lazyProduct(u)) : Mat3::Zero();
+      const Mat3 sigma_k = rho > 0.0 ? spread(near, V) : Mat3::Zero();
       put(kinetic_, k, sigma_k);
       one[k] = rho > 0.0 ? sigma_k.trace() / (3.0 * rho) : nan;
 
@@ -66,6 +64,7 @@ class Mapper : private FieldMaps {
                           : nan;
       Mat3 L = Mat3::Zero();
       for (int a = 0; a < D; ++a) L.col(grid_.direction(a)) = fit.gradient.col(a);
+      if (grid_.of_rings()) add_hoop(grid_.radius(k), V, L);
       put(gradient_, k, L);
     });
   }
@@ -73,15 +72,17 @@ class Mapper : private FieldMaps {
   void map_rotation(const Stencils& points) {
     double* T = out_.add("rotational_temperature");
     out_.for_cells([&](std::size_t k) {
-      const auto& near = gather(grid_, cloud_, points, k, cloud_.inertia, cloud_.spin);
-      const double inertia = near.w.sum();
+      const auto near = gather(grid_, cloud_, points, k, cloud_.inertia, cloud_.spin);
+      const double inertia = near.w().sum();
       const auto fit = affine_fit<D>(near);
       T[k] = density_[k] > 0.0 ? fit.variance * inertia / (3.0 * density_[k]) : nan;
     });
   }
 
   void map_contacts(const KernelSums& sums) {
-    const auto& [points, along, at] = sums;
+    const Stencils& points = sums.points;
+    const auto& along = sums.along;
+    const auto& at = sums.at;
     stress_ = out_.add("contact_stress");
     double* t = out_.add("interaction_force_density");
     double* F = out_.add("fabric");

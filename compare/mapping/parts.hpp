@@ -18,23 +18,27 @@ constexpr double bytes_cell = 1400;  // 70 numbers of the fields, four shares of
 
 constexpr std::size_t large = 100000;  // points whose order decides how fast they are mapped
 
-/// Brings a large cloud into the order of the grid's cells, which keeps neighbours together in
-/// memory. A small one keeps its order, and with it the last digit of its sums.
+/// Brings a large cloud into the order of tiles of the grid's cells, which keeps neighbours
+/// together in memory. A small one keeps its order, and with it the last digit of its sums.
 template <int D>
 void sort_by_cell(Cloud& c, const SampleGrid<D>& grid) {
   if (c.size() < large) return;
+  constexpr std::uint64_t side = 8, tile_cells = D == 1   ? side
+                                                 : D == 2 ? side * side
+                                                          : side * side * side;
   const auto sorted = [&](std::size_t n, auto position) {
     std::vector<std::pair<std::uint64_t, std::uint32_t>> order(n);
     for (std::size_t p = 0; p < n; ++p) {
       const auto r = grid.project(position(p));
-      std::uint64_t key = 0;
+      std::uint64_t tile = 0, cell = 0;
       for (int a = D - 1; a >= 0; --a) {
-        const auto cells = static_cast<double>(grid.cells[static_cast<std::size_t>(a)]);
-        const double k = std::floor((r[a] - grid.lower[a]) / grid.spacing[a]);
-        key = key * static_cast<std::uint64_t>(cells) +
-              static_cast<std::uint64_t>(std::clamp(k, 0.0, cells - 1.0));
+        const auto cells = static_cast<std::uint64_t>(grid.cells[static_cast<std::size_t>(a)]);
+        const double place = std::floor((r[a] - grid.lower[a]) / grid.spacing[a]);
+        const auto k =
+            static_cast<std::uint64_t>(std::clamp(place, 0.0, static_cast<double>(cells) - 1.0));
+        tile = tile * (cells / side + 1) + k / side, cell = cell * side + k % side;
       }
-      order[p] = {key, static_cast<std::uint32_t>(p)};
+      order[p] = {tile * tile_cells + cell, static_cast<std::uint32_t>(p)};
     }
     std::sort(order.begin(), order.end());
     return order;
@@ -52,6 +56,7 @@ void sort_by_cell(Cloud& c, const SampleGrid<D>& grid) {
   bring(c.x, points), bring(c.v, points), bring(c.mass, points), bring(c.solid_volume, points);
   bring(c.spin, points), bring(c.inertia, points), bring(c.contact_number, points);
   bring(c.void_ratio, points), bring(c.granular_temperature, points), bring(c.stress, points);
+  bring(c.volume, points);
   bring(c.contacts, contacts);
 }
 

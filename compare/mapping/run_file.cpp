@@ -1,35 +1,37 @@
 #include "compare/mapping/run_file.hpp"
 
 #include <fmt/format.h>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "cases/file.hpp"
+#include "compare/mapping/around.hpp"
+
 namespace grainpair {
 namespace {
 
 constexpr double glued = 3.0;  // the record `kind` of a grain that belongs to the wall
 constexpr double layout = 1.0;
+// Records of contacts call walls that; of a quarter of a cylinder these two are no walls but planes
+// of symmetry, whose forces are stress along the angle.
+constexpr double left = -1.0, front = -4.0;
+constexpr double quarter = 0.5 * std::numbers::pi;  // of a cylinder, which the grains simulate
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double longest_branch = 10.0;  // in the largest diameter; longer ones mistake a unit
 constexpr std::int64_t outermost_id = std::int64_t{1} << 53;  // doubles hold all up to there
 
 [[noreturn]] void refuse(const H5File& file, const std::string& where, const std::string& what) {
-  throw std::runtime_error(file.path() + ":" + where + ": " + what);
+  throw std::runtime_error(hdf5::one_line(file.path() + ":" + where + ": " + what));
 }
 
 /// The case inside a result file was checked when the run began; here its keys are only looked up,
 /// so that a run made with an older schema can still be mapped.
 Scene scene_of_case(const H5File& file) {
-  toml::table table;
-  try {
-    table = toml::parse(file.text("/", "case_resolved"));
-  } catch (const toml::parse_error& error) {
-    refuse(file, "/@case_resolved", std::string(error.description()));
-  }
+  const toml::table table =
+      parse_toml(file.text("/", "case_resolved"), file.path() + ":/@case_resolved");
   const auto key = [&](const char* section, const char* name) {
     const auto node = table[section][name];
     if (!node)
@@ -45,15 +47,18 @@ Scene scene_of_case(const H5File& file) {
   const auto word = [&](const char* section, const char* name) {
     return key(section, name).value_or(std::string());
   };
-  if (word("geometry", "dimension") == "axisymmetric")
-    throw std::runtime_error(file.path() +
-                             ": an axisymmetric run has no common grid with grains yet");
   Scene scene;
+  if (word("geometry", "dimension") == "axisymmetric") {
+    if (file.has_attribute("/", "source"))
+      refuse(file, "/@case_resolved",
+             "grains or points of another program about an axis (which sector is not told)");
+    scene.angle = quarter;
+  }
   scene.has_case = true;
   scene.thickness = number("geometry", "thickness");
   scene.periodic = {false, false, word("walls", "front_back") == "periodic"};
   scene.wall_low = Vec3::Zero();
-  scene.wall_high = {nan, nan, scene.thickness};
+  scene.wall_high = {nan, nan, scene.angle > 0.0 ? nan : scene.thickness};
   scene.grain = {number("grains", "diameter"), number("grains", "density")};
   scene.unit = scene.grain.diameter;
   scene.kernel = word("compare", "kernel");
@@ -80,14 +85,6 @@ Scene scene_of_grains(const H5File& file) {
         scene.wall_low[a] >= scene.wall_high[a])
       refuse(file, "/@wall_low", "not below wall_high, or infinite");
   return scene;
-}
-
-template <class T>
-std::vector<T> pick(const std::vector<T>& all, const std::vector<std::size_t>& which) {
-  std::vector<T> out;
-  out.reserve(which.size());
-  for (const auto p : which) out.push_back(all[p]);
-  return out;
 }
 
 std::int64_t whole(const H5File& file, const std::string& where, double value) {
@@ -165,11 +162,26 @@ void RunFile::grains_themselves() {
     double d4 = 0.0, d3 = 0.0, m = 0.0;
     for (std::size_t p = 0; p < volume.size(); ++p)
       d4 += volume[p] * diameter_of(volume[p]), d3 += volume[p], m += mass[p];
-    if (std::isnan(grain.diameter)) grain.diameter = d4 / d3;
+    if (std::isnan(grain.diameter)) grain.diameter = std::isnan(d3) ? spacing(points) : d4 / d3;
     if (std::isnan(grain.density)) grain.density = m / d3;
   }
   scene_.grain = grain;
   if (!scene_.has_case) scene_.unit = grain.diameter;
+}
+
+/// What lengths are told in where points tell no volumes: how far apart they are in the box around
+/// them [m].
+double RunFile::spacing(const Points& points) const {
+  const auto x = pick(vectors(points.at + "position", points.count), points.moving);
+  Vec3 lower = x.front(), upper = x.front();
+  for (const Vec3& r : x) lower = lower.cwiseMin(r), upper = upper.cwiseMax(r);
+  const Vec3 size = upper - lower;
+  double product = 1.0, axes = 0.0;
+  for (int a = 0; a < 3; ++a)
+    if (size[a] > 1e-6 * size.maxCoeff()) product *= size[a], axes += 1.0;
+  if (axes == 0.0)
+    refuse(file_, points.at + "solid_volume", "missing, and one place tells no length");
+  return std::pow(product / static_cast<double>(x.size()), 1.0 / axes);
 }
 
 double RunFile::time(std::size_t frame) const { return file_.number(group(frame), "time"); }
@@ -207,8 +219,15 @@ std::vector<double> RunFile::positive(const std::string& record, std::size_t exp
 }
 
 std::vector<double> RunFile::volumes(const Points& points) const {
-  if (file_.has(points.at + "solid_volume") || !file_.has(points.at + "radius"))
+  const bool spheres = file_.has(points.at + "radius");
+  if (file_.has(points.at + "solid_volume") || (!spheres && engine_ == "dem"))
     return pick(positive(points.at + "solid_volume", points.count), points.moving);
+  if (!spheres) {
+    auto out = pick(positive(points.at + "mass", points.count), points.moving);
+    const double density = scene_.has_case ? scene_.grain.density : density_;
+    for (double& m : out) m /= density;
+    return out;
+  }
   auto out = pick(positive(points.at + "radius", points.count), points.moving);
   for (double& r : out) r = 4.0 / 3.0 * std::numbers::pi * r * r * r;
   return out;
@@ -255,8 +274,10 @@ std::vector<Vec3> RunFile::positions(std::size_t frame, const Points& points) co
 
 std::optional<Reach> RunFile::reach(std::size_t frame) const {
   const Points points = this->points(frame);
-  const auto x = positions(frame, points);
+  auto x = positions(frame, points);
   if (x.empty()) return {};
+  if (scene_.angle > 0.0)
+    for (Vec3& place : x) place = Around(place)(place);
   std::vector<double> radius(x.size(), 0.5 * scene_.grain.diameter);
   if (!scene_.has_case && file_.has(points.at + "radius"))
     radius = pick(positive(points.at + "radius", points.count), points.moving);
@@ -285,7 +306,7 @@ Cloud RunFile::cloud(std::size_t frame) const {
     for (std::size_t p = 0; p < c.size(); ++p)
       c.inertia.push_back(0.4 * c.mass[p] * radius[p] * radius[p]);
   }
-  if (file_.has(at + "stress")) read_state(points, c);
+  if (engine_ == "mpm") read_state(points, c);
   if (file_.has(group(frame) + "/contacts")) {
     double largest = scene_.grain.diameter;
     for (const double volume : c.solid_volume) largest = std::max(largest, diameter_of(volume));
@@ -293,22 +314,8 @@ Cloud RunFile::cloud(std::size_t frame) const {
   } else if (file_.has(at + "id")) {
     Ids(file_, at + "id", file_.read(at + "id", points.count), which);
   }
+  if (scene_.angle > 0.0) turn(c);
   return c;
-}
-
-void RunFile::read_state(const Points& points, Cloud& c) const {
-  const auto& [at, count, which] = points;
-  c.void_ratio = pick(file_.read(at + "void_ratio", count), which);
-  c.granular_temperature = pick(file_.read(at + "granular_temperature", count), which);
-  std::array<std::vector<double>, 6> s;
-  constexpr std::array names{"xx", "yy", "zz", "xy", "yz", "zx"};
-  for (std::size_t i = 0; i < 6; ++i)
-    s[i] = pick(file_.read(at + "stress/" + names[i], count), which);
-  for (std::size_t p = 0; p < c.size(); ++p) {
-    Mat3 m;
-    m << s[0][p], s[3][p], s[5][p], s[3][p], s[1][p], s[4][p], s[5][p], s[4][p], s[2][p];
-    c.stress.push_back(from_matrix(m));
-  }
 }
 
 void RunFile::read_contacts(std::size_t frame, const Points& points, double size,
@@ -356,10 +363,10 @@ void RunFile::read_contacts(std::size_t frame, const Points& points, double size
     c.start = cloud.x[static_cast<std::size_t>(a)];
     c.force = f;
     c.dissipation = power.empty() ? 0.0 : power[i];
-    c.wall = b < 0;
+    c.wall = b < 0 && !(scene_.angle > 0.0 && (second[i] == left || second[i] == front));
     const Vec3 to_point = nearest(point[i] - c.start);
     c.point = c.start + to_point;
-    c.branch = c.wall && !wall ? Vec3(-to_point) : l;
+    c.branch = b < 0 && !wall ? Vec3(-to_point) : l;
     if (!(c.branch.norm() < longest_branch * size && to_point.norm() < longest_branch * size))
       refuse(file_, at + "branch",
              fmt::format("contact {} is {:.3g} m long, of grains of {:.3g} m (units? images?)", i,

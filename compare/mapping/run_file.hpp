@@ -21,6 +21,8 @@ struct Scene {
   std::array<bool, 3> periodic{};
   Vec3 wall_low, wall_high;  // plane walls that a kernel is folded at [m], NaN where there is none
   double thickness = 0.0;    // W of a case [m]
+  // Angle of the sector that is mapped about the axis x = z = 0 [rad]; zero where there is none.
+  double angle = 0.0;
   Grain grain{};
   double unit = 0.0;  // what width and spacing are told in [m]
   std::string kernel = "gauss";
@@ -36,6 +38,15 @@ struct Box {
 struct Reach {
   Vec3 lower, upper, grains_lower, grains_upper;
 };
+
+/// The values of the points `which`.
+template <class T>
+std::vector<T> pick(const std::vector<T>& all, const std::vector<std::size_t>& which) {
+  std::vector<T> out;
+  out.reserve(which.size());
+  for (const auto p : which) out.push_back(all[p]);
+  return out;
+}
 
 class RunFile {
  public:
@@ -64,10 +75,15 @@ class RunFile {
   Points points(std::size_t frame) const;
   std::vector<Vec3> vectors(const std::string& record, std::size_t expected) const;
   std::vector<double> positive(const std::string& record, std::size_t expected) const;
-  std::vector<double> volumes(const Points& points) const;  // of what moves [m3]
-  std::vector<double> masses(const Points& points) const;   // [kg]
+  /// Of solid, of what moves [m3]; NaN where points of another program do not tell it.
+  std::vector<double> volumes(const Points& points) const;
+  std::vector<double> masses(const Points& points) const;  // [kg]
   std::vector<Vec3> positions(std::size_t frame, const Points& points) const;
   void grains_themselves();
+  /// About an axis: turns places and vectors to radius, height and angle.
+  void turn(Cloud& cloud) const;
+  double spacing(const Points& points) const;
+  std::vector<std::string> untold(const Points& points, const Cloud& cloud) const;
   void read_state(const Points& points, Cloud& cloud) const;
   void read_contacts(std::size_t frame, const Points& points, double size, Cloud& cloud) const;
 

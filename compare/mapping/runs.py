@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import h5py
 import numpy as np
 
 from cases import reading
@@ -22,16 +23,24 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Grid:
     """Centres x (nx,) and y (ny,) [m] of the cells that fields of shape (ny, nx) belong to;
-    cell_volume [m3].
+    cell_volume [m3], of rings (nx,). `angle` [rad]: about an axis x is the radius, and cells are
+    rings of a sector that wide; 0 in a plane.
     """
 
     x: np.ndarray
     y: np.ndarray
-    cell_volume: float
+    cell_volume: float | np.ndarray
+    angle: float = 0.0
 
     @property
     def spacing(self) -> float:
         return self.x[1] - self.x[0]
+
+    def integral(self, field: np.ndarray) -> np.ndarray:
+        """Of a field (..., ny, nx) over the cells."""
+        if self.angle:
+            return (field * self.cell_volume).sum(axis=(-2, -1))
+        return field.sum(axis=(-2, -1)) * self.cell_volume
 
 
 @dataclass
@@ -53,6 +62,17 @@ class Fields:
         if name not in self.loaded:
             self.loaded[name] = np.asarray(self.values[name][...], dtype=float)
         return self.loaded[name]
+
+    def at(self, name: str, frame: int, x: np.ndarray) -> np.ndarray:
+        """A scalar field (N,) of the cells that places x (N, 3) [m] lie in; NaN off the grid."""
+        grid = self.grid
+        along = np.hypot(x[:, 0], x[:, 2]) if grid.angle else x[:, 0]
+        column = np.rint((along - grid.x[0]) / grid.spacing).astype(int)
+        row = np.rint((x[:, 1] - grid.y[0]) / grid.spacing).astype(int)
+        inside = (row >= 0) & (row < len(grid.y)) & (column >= 0) & (column < len(grid.x))
+        values = np.full(len(x), np.nan)
+        values[inside] = self[name][frame][row[inside], column[inside]]
+        return values
 
 
 @dataclass
@@ -159,16 +179,18 @@ class Run:
 
 REGIME = "dissipated_regime_4"  # without it a budget would have a hole that looks like zero
 UNKNOWN = ("unaccounted",)  # accounts that are NaN where nobody audited them
-POSITIVE = (
+SCENE = (  # what both sides of a pair share
     "geometry.height",
     "geometry.length",
     "geometry.thickness",
     "geometry.gravity",
     "grains.diameter",
     "grains.density",
-    "compare.width",
-    "compare.spacing",
 )
+# About an axis the grains are a quarter of a cylinder; points are whole circles, of which what is
+# compared is a quarter too.
+SECTOR = {"dem": 1.0, "mpm": 4.0}
+POSITIVE = (*SCENE, "compare.width", "compare.spacing")
 
 
 def seconds_of(run: Run, name: str) -> float:
@@ -201,7 +223,15 @@ def open_run(path: str | Path) -> Run:
     rows = len(energy["time"])
     if not rows or np.any(np.diff(energy["time"]) < 0.0):
         raise CaseError(f"{path}: energy/time holds {rows} times that do not increase")
+    if about_axis(scene):
+        found.clouds.sector = SECTOR[engine]
+        energy = {k: v if k == "time" else v / SECTOR[engine] for k, v in energy.items()}
     return Run(path.stem, engine, scene, found.time, found.clouds, energy, told)
+
+
+def about_axis(scene: Case) -> bool:
+    """Whether x is a radius."""
+    return scene.values["geometry"].get("dimension") == "axisymmetric"
 
 
 def check_positive(scene: Case, key: str):
@@ -226,8 +256,15 @@ def map_fields(runs: list[Path], output: Path, *options):
         raise EngineError(done.stderr.strip() or f"grain_map: failed with code {done.returncode}")
 
 
+def grid_of(group: h5py.Group) -> Grid:
+    x, y = group["x"][:], group["y"][:]
+    if "angle" not in group.attrs:
+        return Grid(x, y, float(group.attrs["cell_volume"]))
+    angle = float(group.attrs["angle"])
+    return Grid(x, y, angle * x * (x[1] - x[0]) * (y[1] - y[0]), angle)
+
+
 def open_fields(path: str | Path, name: str) -> Fields:
     """Fields of the run `name` in a file of grain_map."""
     f = reading.opened(path)
-    grid = Grid(f["grid/x"][:], f["grid/y"][:], float(f["grid"].attrs["cell_volume"]))
-    return Fields(grid, f[name]["time"][:], f[name], reading.attributes(f))
+    return Fields(grid_of(f["grid"]), f[name]["time"][:], f[name], reading.attributes(f))

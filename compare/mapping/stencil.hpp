@@ -7,9 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <span>
 
-#include "compare/mapping/coarse_grain.hpp"
+#include "compare/mapping/rings.hpp"
 
 namespace grainpair {
 
@@ -65,9 +66,13 @@ Folded folded(const SampleGrid<D>& grid, int a, int k) {
   }
   return f;
 }
+/// The cell of the unbounded lattice that x lies in; of a place beyond all numbers of cells, the
+/// last.
 template <int D>
 int lattice(const SampleGrid<D>& grid, int a, double x) {
-  return static_cast<int>(std::floor((x - grid.lower[a]) / grid.spacing[a]));
+  constexpr double last = 1e9;
+  return static_cast<int>(
+      std::clamp(std::floor((x - grid.lower[a]) / grid.spacing[a]), -last, last));
 }
 
 /// The weight of one item in one cell.
@@ -77,104 +82,165 @@ struct Node {
   double value;
 };
 
-/// The weights of one item, and the room they are worked out in.
-struct Nodes {
-  std::vector<Node> list;
-  std::vector<double> row;
-  std::vector<Folded> along;  // of the cells of a row
+/// Where cells lie to an item, one entry a cell. Of a point: `distance2`, squared distance. Of a
+/// branch: `distance2` from the line it lies on, and `along` it, from the cell to the start.
+struct Places {
+  std::vector<double> distance2, along;
 };
 
-/// Replaces `out` by the weights of one item. `item` has `.low`, `.high`, corners of the box that
-/// holds its support, which is convex; `.row(r, h, phi)`, its kernel at r and every h further along
-/// the first axis, zero outside; `.home`, the position whose cell takes the item when no cell
-/// centre lies in its support.
+/// A row of lattice cells along the first axis: where it begins in the grid, if it lies there.
+struct Row {
+  bool here;
+  int begin;
+  std::int8_t image1, image2;
+};
+
+/// The weights of one item, and the room they are worked out in.
+struct Nodes {
+  std::span<const Node> list;  // of those in `room`
+  std::vector<Node> room;
+  Places places;
+  std::vector<std::uint32_t> place;  // row and place in it, of the cells within reach
+  std::vector<Row> rows;
+  std::vector<Folded> row;  // the same cells of every row
+
+  /// For rows of `n` cells.
+  void make_room(std::size_t rows_, std::size_t n) {
+    const std::size_t most = rows_ * n + 1;
+    if (rows.size() < rows_) rows.resize(rows_);
+    if (row.size() < n) row.resize(n);
+    if (place.size() >= most) return;
+    place.resize(most), room.resize(most);
+    places.distance2.resize(most), places.along.resize(most);
+  }
+};
+
+/// The cells within reach of an item, in the box that holds its support, and where they lie to it.
 template <int D>
-void weigh(const SampleGrid<D>& grid, const auto& item, Nodes& out) {
-  const auto lattice = [&](int a, double x) { return stencil_detail::lattice(grid, a, x); };
-  const auto folded = [&](int a, int k) { return stencil_detail::folded(grid, a, k); };
+std::size_t lay_out(const SampleGrid<D>& grid, const auto& item, Nodes& out) {
   std::array<int, 3> lo{0, 0, 0}, hi{0, 0, 0};
-  for (int a = 0; a < D; ++a) lo[a] = lattice(a, item.low[a]), hi[a] = lattice(a, item.high[a]);
-  const int n = (hi[0] - lo[0] + 4) / 4 * 4;  // whole vectors; what lies beyond is zero
-  out.row.resize(static_cast<std::size_t>(n));
-  out.list.clear();
-  out.along.clear();
-  for (int i = 0; i < n; ++i) out.along.push_back(folded(0, lo[0] + i));
-  double sum = 0.0;
+  std::size_t rows = 1, count = 0;
+  std::uint32_t row = 0;
+  for (int a = 0; a < D; ++a) {
+    lo[a] = lattice(grid, a, item.low[a]), hi[a] = lattice(grid, a, item.high[a]);
+    if (a > 0) rows *= static_cast<std::size_t>(hi[a] - lo[a] + 1);
+  }
+  const auto n = static_cast<std::uint32_t>(hi[0] - lo[0] + 1);
+  out.make_room(rows, n);
+  for (std::uint32_t i = 0; i < n; ++i) out.row[i] = folded(grid, 0, lo[0] + static_cast<int>(i));
   typename SampleGrid<D>::Point r;
   r[0] = grid.centre(0, lo[0]);
   Folded f1{0, 0}, f2{0, 0};
   for (int k2 = lo[2]; k2 <= hi[2]; ++k2) {
-    if constexpr (D > 2) f2 = folded(2, k2), r[2] = grid.centre(2, k2);
+    if constexpr (D > 2) f2 = folded(grid, 2, k2), r[2] = grid.centre(2, k2);
     for (int k1 = lo[1]; k1 <= hi[1]; ++k1) {
-      if constexpr (D > 1) f1 = folded(1, k1), r[1] = grid.centre(1, k1);
-      const std::span<double> phi(out.row);
-      item.row(r, grid.spacing[0], phi);
-      int first = 0, last = n;
-      while (first < n && !(phi[static_cast<std::size_t>(first)] > 0.0)) ++first;
-      while (last > first && !(phi[static_cast<std::size_t>(last - 1)] > 0.0)) --last;
-      for (int i = first; i < last; ++i) sum += phi[static_cast<std::size_t>(i)];
-      if (f1.index < 0 || f2.index < 0) continue;
-      int before = 0;
-      if constexpr (D > 2) before = f2.index;
-      if constexpr (D > 1) before = before * grid.count(1) + f1.index;
-      before *= grid.count(0);
-      for (int i = first; i < last; ++i) {
-        const Folded f0 = out.along[static_cast<std::size_t>(i)];
-        if (f0.index >= 0)
-          out.list.push_back({static_cast<std::uint32_t>(before + f0.index),
-                              {f0.image, f1.image, f2.image},
-                              phi[static_cast<std::size_t>(i)]});
+      if constexpr (D > 1) f1 = folded(grid, 1, k1), r[1] = grid.centre(1, k1);
+      int begin = 0;
+      if constexpr (D > 2) begin = f2.index;
+      if constexpr (D > 1) begin = begin * grid.count(1) + f1.index;
+      out.rows[row] = {f1.index >= 0 && f2.index >= 0, begin * grid.count(0), f1.image, f2.image};
+      const auto cells = item.row(r);
+      for (std::uint32_t i = 0; i < n; ++i) {  // what is out of reach is overwritten: no branch
+        out.place[count] = row << 16 | i;
+        count += cells(i * grid.spacing[0], out.places, count);
       }
+      ++row;
     }
   }
-  if (sum > 0.0) {
-    const double norm = 1.0 / (sum * grid.cell_volume());
-    for (Node& node : out.list) node.value *= norm;
+  return count;
+}
+
+/// Makes the kernel in the plane that about the axis, of `count` cells; returns the integral over
+/// them [m3].
+template <int D>
+double over_rings(const SampleGrid<D>& grid, const auto& item, std::size_t count, Nodes& out) {
+  const int first = lattice(grid, 0, item.low[0]);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const int k = first + static_cast<int>(out.place[i] & 0xffff);
+    double& phi = out.places.distance2[i];
+    phi *= ring_factor(grid, grid.centre(0, k), item.home[0]);
+    sum += phi * grid.cell_volume(k);
+  }
+  return sum;
+}
+
+/// Replaces `out` by the weights of one item. `item` has `.low`, `.high`, corners of the box that
+/// holds its support; `.row(r)`, of the cells along the first axis from r on, which notes where the
+/// one at a distance x lies to the item, and returns whether that is within reach;
+/// `.values(places, n)`, which makes the kernel there of `places.distance2`; `.home`, the position
+/// whose cell takes the item when no cell centre lies in its support.
+template <int D>
+void weigh(const SampleGrid<D>& grid, const auto& item, Nodes& out) {
+  const std::size_t count = lay_out(grid, item, out);
+  const std::vector<double>& phi = out.places.distance2;
+  item.values(out.places, static_cast<int>(count));
+  const auto last = phi.begin() + static_cast<long>(count);
+  const double integral = grid.of_rings()
+                              ? over_rings(grid, item, count, out)
+                              : std::accumulate(phi.begin(), last, 0.0) * grid.cell_volume();
+  out.list = {};
+  if (integral > 0.0) {
+    const double norm = 1.0 / integral;
+    Node* next = out.room.data();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Row& row = out.rows[out.place[i] >> 16];
+      const Folded& f0 = out.row[out.place[i] & 0xffff];
+      *next = {static_cast<std::uint32_t>(row.begin + f0.index),
+               {f0.image, row.image1, row.image2},
+               phi[i] * norm};
+      next += row.here && f0.index >= 0 && phi[i] > 0.0;
+    }
+    out.list = {out.room.data(), next};
     return;
   }
-  Node whole{0, {0, 0, 0}, 1.0 / grid.cell_volume()};
+  Node whole{0, {0, 0, 0}, 1.0 / grid.cell_volume(lattice(grid, 0, item.home[0]))};
   for (int a = D - 1; a >= 0; --a) {
-    const Folded f = folded(a, lattice(a, item.home[a]));
+    const Folded f = folded(grid, a, lattice(grid, a, item.home[a]));
     if (f.index < 0) return;
     whole.cell = whole.cell * static_cast<std::uint32_t>(grid.count(a)) +
                  static_cast<std::uint32_t>(f.index);
     whole.image[static_cast<std::size_t>(a)] = f.image;
   }
-  out.list.push_back(whole);
+  out.room.front() = whole, out.list = {out.room.data(), 1};
 }
 
-/// The kernel at a row of cells h apart, the first at x beside the centre along the row, all at the
-/// squared distance `rest2` across it. Values outside the support are worked out and thrown away,
-/// so that the loop has no branch.
+/// Makes the kernel of n squared distances. Values outside the support are worked out and thrown
+/// away, so that the loop has no branch.
 template <class K>
-void kernel_row(const K kernel, double x, double rest2, double h, std::span<double> phi) {
+void kernel_values(const K kernel, int n, double* distance2) {
   const double c2 = kernel.cutoff() * kernel.cutoff();
 #pragma omp simd
-  for (int i = 0; i < static_cast<int>(phi.size()); ++i) {
-    const double xi = x + i * h, r2 = rest2 + xi * xi;
+  for (int i = 0; i < n; ++i) {
+    const double r2 = distance2[i];
     const bool inside = r2 < c2;
     const double value = kernel.at(inside ? r2 : c2);
-    phi[static_cast<std::size_t>(i)] = inside ? value : 0.0;
+    distance2[i] = inside ? value : 0.0;
   }
 }
 
-/// The mean of the kernel along a line of `length` at a row of cells h apart. From the first cell
-/// the start lies at x along the row and at the squared distance `rest2` across it, and at t along
-/// the line; `slope` is the line's component along the row.
+/// The mean of the kernel along a line of `length` that starts at t and lies at a squared distance
+/// from the centre, n times.
 template <class K>
-void line_row(const K kernel, double x, double rest2, double t, double slope, double length,
-              double h, std::span<double> phi) {
+void line_values(const K kernel, double length, int n, double* distance2, const double* t) {
   const double c2 = kernel.cutoff() * kernel.cutoff(), inverse = 1.0 / length;
 #pragma omp simd
-  for (int i = 0; i < static_cast<int>(phi.size()); ++i) {
-    const double xi = x - i * h, ti = t - i * h * slope, beside = rest2 + xi * xi - ti * ti;
-    const double above = beside > 0.0 ? beside : 0.0, p2 = above < c2 ? above : c2;
+  for (int i = 0; i < n; ++i) {
+    const double above = distance2[i] > 0.0 ? distance2[i] : 0.0, p2 = above < c2 ? above : c2;
     const double half = std::sqrt(c2 - p2);  // half the chord within the support
-    const double t0 = ti > -half ? ti : -half, t1 = ti + length < half ? ti + length : half;
+    const double t0 = t[i] > -half ? t[i] : -half, t1 = t[i] + length < half ? t[i] + length : half;
     const bool inside = t1 > t0;
     const double value = kernel.line(p2, inside ? t0 : 0.0, inside ? t1 : 0.0) * inverse;
-    phi[static_cast<std::size_t>(i)] = value > 0.0 ? value : 0.0;
+    distance2[i] = value > 0.0 ? value : 0.0;
   }
+}
+
+/// Squared distance of two places but for the first axis.
+template <int D>
+double across2(const auto& r, const auto& s) {
+  double sum = 0.0;
+  for (int a = 1; a < D; ++a) sum += (r[a] - s[a]) * (r[a] - s[a]);
+  return sum;
 }
 
 struct Loose {
@@ -222,16 +288,26 @@ Stencils make_stencils(const SampleGrid<D>& grid, std::size_t items, Place place
     }
   }
 
-  // Counting sort by cell.
+  // Counting sort by cell. What a thread found begins where the one before it ends.
   Stencils out;
   out.begin_.assign(grid.size() + 1, 0);
-  for (const auto& part : found)
-    for (const auto& w : part) ++out.begin_[w.cell + 1];
-  for (std::size_t k = 0; k < grid.size(); ++k) out.begin_[k + 1] += out.begin_[k];
+  std::vector<std::vector<std::size_t>> next(found.size());
+#pragma omp parallel for schedule(static, 1)
+  for (std::size_t t = 0; t < found.size(); ++t) {
+    next[t].assign(grid.size(), 0);
+    for (const auto& w : found[t]) ++next[t][w.cell];
+  }
+  for (std::size_t k = 0; k < grid.size(); ++k) {
+    out.begin_[k + 1] = out.begin_[k];
+    for (auto& counts : next) {
+      const std::size_t count = counts[k];
+      counts[k] = out.begin_[k + 1], out.begin_[k + 1] += count;
+    }
+  }
   out.weights_.resize(out.begin_.back());
-  auto next = out.begin_;
-  for (const auto& part : found)
-    for (const auto& w : part) out.weights_[next[w.cell]++] = w.weight;
+#pragma omp parallel for schedule(static, 1)
+  for (std::size_t t = 0; t < found.size(); ++t)
+    for (const auto& w : found[t]) out.weights_[next[t][w.cell]++] = w.weight;
   return out;
 }
 
@@ -258,60 +334,6 @@ std::vector<Eigen::Matrix<double, N, 1>> scatter(const SampleGrid<D>& grid, std:
   for (std::size_t t = 1; t < shares; ++t)
     for (std::size_t k = 0; k < grid.size(); ++k) partial[0][k] += partial[t][k];
   return std::move(partial[0]);
-}
-
-/// Places points for `make_stencils` and `scatter`.
-template <int D, class K>
-auto place_points(const SampleGrid<D>& grid, const K& kernel, auto position) {
-  using Point = typename SampleGrid<D>::Point;
-  struct Item {
-    Point home, low, high;
-    const K& kernel;
-    void row(const Point& r, double h, std::span<double> phi) const {
-      const Point from = r - home;
-      stencil_detail::kernel_row(kernel, from[0], from.template tail<D - 1>().squaredNorm(), h,
-                                 phi);
-    }
-  };
-  return [&grid, &kernel, position, c = kernel.cutoff()](std::size_t p) {
-    const Point x = grid.project(position(p));
-    return Item{x, (x.array() - c).matrix(), (x.array() + c).matrix(), kernel};
-  };
-}
-
-/// Places the branches of contacts: psi(r) = integral over s in [0, 1] of phi(r - start + s
-/// branch), exact.
-template <int D, class K>
-auto place_branches(const SampleGrid<D>& grid, const K& kernel, std::span<const Contact> contacts) {
-  using Point = typename SampleGrid<D>::Point;
-  struct Item {
-    Point home, low, high;  // home is the middle of the branch
-    Point start, along;     // along: unit vector from start to the other end
-    double length;
-    const K& kernel;
-    void row(const Point& r, double h, std::span<double> phi) const {
-      const Point from = start - r;
-      const double rest2 = from.template tail<D - 1>().squaredNorm();
-      if (length > 1e-9 * kernel.cutoff())
-        stencil_detail::line_row(kernel, from[0], rest2, from.dot(along), along[0], length, h, phi);
-      else
-        stencil_detail::kernel_row(kernel, -from[0], rest2, h, phi);
-    }
-  };
-  return [&grid, &kernel, contacts, c = kernel.cutoff()](std::size_t i) {
-    const Point a = grid.project(contacts[i].start), b = grid.project(contacts[i].branch),
-                end = a - b;
-    const double length = b.norm();
-    Point along = Point::Zero();
-    if (length > 0.0) along = -b / length;
-    return Item{0.5 * (a + end),
-                (a.cwiseMin(end).array() - c).matrix(),
-                (a.cwiseMax(end).array() + c).matrix(),
-                a,
-                along,
-                length,
-                kernel};
-  };
 }
 
 }  // namespace grainpair

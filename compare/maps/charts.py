@@ -10,9 +10,9 @@ import numpy as np
 from cases.reading import opened
 from compare.maps.profiles import FLAT, Balance, Profile, WidthStudy
 from compare.maps.source import AXES, Source
+from compare.report.charts.maps import STILL
 from compare.study.charts import STUDY_STYLE, save
-
-Figure = tuple[str, list[str], str]
+from compare.study.page import Figure
 
 FIELDS = {
     "solid_fraction": "solid fraction",
@@ -21,6 +21,8 @@ FIELDS = {
     "pressure": "p [Pa]",
     "stress_ratio": "q/p",
 }
+# What is less than this share of the scale's upper end is at rest to the eye, and grey.
+STILL_BELOW = {"speed": 0.02, "granular_temperature": 0.001}
 PROFILES = {
     "solid_fraction": "solid fraction",
     "velocity": "velocity [m/s]",
@@ -52,17 +54,25 @@ def fields(source: Source, path: Path, shown: list[int], labels: list[str], out:
             layout="constrained",
         )
         for (name, images), line in zip(present.items(), axes if wide else axes.T):
-            limits = span(images)
+            limits, look = span(images), plt.get_cmap("viridis")
+            if name in STILL_BELOW and limits[1] > 0.0:
+                limits = (STILL_BELOW[name] * limits[1], limits[1])
+                look = look.with_extremes(under=STILL)
             for image, ax, k in zip(images, line, shown):
                 ax.set_title(labels[k], fontsize=8.5)
                 if image is None:
                     ax.text(0.5, 0.5, "not told", transform=ax.transAxes, ha="center")
                     continue
-                mesh = ax.pcolormesh(x, y, image, rasterized=True, vmin=limits[0], vmax=limits[1])
+                mesh = ax.pcolormesh(
+                    x, y, image, rasterized=True, vmin=limits[0], vmax=limits[1], cmap=look
+                )
                 ax.set_aspect("equal")
                 ax.grid(False)
             side = "right" if wide else "bottom"
-            figure.colorbar(mesh, ax=line, label=FIELDS[name], location=side, shrink=0.9)
+            ends = "min" if name in STILL_BELOW else "neither"
+            figure.colorbar(
+                mesh, ax=line, label=FIELDS[name], location=side, shrink=0.9, extend=ends
+            )
         for ax in axes[:, 0]:
             ax.set_ylabel("y [m]")
         for ax in axes[-1]:
@@ -70,6 +80,7 @@ def fields(source: Source, path: Path, shown: list[int], labels: list[str], out:
         words = [
             "Averaged with one kernel; only cells that hold a twentieth of the densest are shown. "
             + ("The layer at half the depth." if slab else "Averaged over z.")
+            + " Speeds below 2 % of the scale's end and T below 0.1 % are grey: at rest."
         ]
         for name in FIELDS.keys() - present.keys():
             words.append(f"No {FIELDS[name].split(' [')[0]}: the file does not tell it.")

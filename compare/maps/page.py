@@ -129,7 +129,7 @@ def show(source, request: Request, fields: Path, found, labels, folder: Path):
         lines += [f"{source.name}: {charts.says(one, label, along)}" for label, one in balances]
     else:
         why = "no stress or no gravity in the file"
-        figures.append((f"Momentum balance: {source.name}", [f"Not checked: {why}."], ""))
+        figures.append((f"Momentum balance: {source.name}", [f"Not checked: {why}."], None))
     if request.width_study:
         last = [] if request.average else frame_words([frames_of(source, request)[shown[-1]]])
         words = [*request.words, "--walls", request.walls, *last]
@@ -141,7 +141,7 @@ def show(source, request: Request, fields: Path, found, labels, folder: Path):
             figures.append(charts.widths(study, request.width, place / f"widths_{source.name}"))
         else:
             said = "No width study: the grains leave no core three diameters inside."
-            figures.append((f"Width of the kernel: {source.name}", [said], ""))
+            figures.append((f"Width of the kernel: {source.name}", [said], None))
     return figures, lines
 
 
@@ -172,8 +172,8 @@ def lacking(sources: list[Source], fields: Path) -> pd.DataFrame:
     with opened(fields) as f:
         for source in sources:
             group = f[source.name]
-            solid = group["solid_fraction"][-1]
-            held = solid > 0.05 * solid.max()
+            density = group["density"][-1]
+            held = density > 0.05 * density.max()
             lost = held & ~np.isfinite(group["granular_temperature"][-1])
             if lost.any():
                 share = f"{100 * lost.sum() / held.sum():.0f} % of the cells of the last frame"

@@ -206,8 +206,8 @@ def width_study(source: Source, folder: Path, along: str, width: float, words: l
         path.unlink()
         found.append(profile)
     reference = found[int(np.argmin(abs(widths - width)))]
-    phi, place = reference["solid_fraction"], reference.place
-    dense = np.flatnonzero(phi > 0.8 * np.median(phi[phi > 0.5 * phi.max()]))
+    rho, place = reference["density"], reference.place
+    dense = np.flatnonzero(rho > 0.8 * np.median(rho[rho > 0.5 * rho.max()]))
     margin = 3.0 * reference.diameter
     low, high = place[dense[0]] + margin, place[dense[-1]] - margin
     if not low < high:

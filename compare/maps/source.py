@@ -94,12 +94,30 @@ def missing(engine: str, frames: list, time: np.ndarray) -> list[tuple[str, str]
                 out.append(("dissipation density", "contacts without a power"))
         if any("angular_velocity" not in cloud for cloud in clouds):
             out.append(("rotational temperature", "no angular velocity"))
-    elif any("stress" not in cloud for cloud in clouds):
-        out.append(("stress, pressure, stress ratio, inertial number", "points without a stress"))
+    else:
+        out += missing_of_points(clouds)
     if len(frames) == 1:
         out.append(("rates of change, averages over time", "one frame"))
     if np.isnan(time).any():
         out.append(("times of the frames", "not told in the file"))
+    return out
+
+
+def missing_of_points(clouds: list) -> list[tuple[str, str]]:
+    """The same of material points."""
+    lacking = {
+        name: any(name not in cloud for cloud in clouds)
+        for name in ("stress", "solid_volume", "volume", "void_ratio", "granular_temperature")
+    }
+    out = []
+    if lacking["stress"]:
+        out.append(("stress, pressure, stress ratio, inertial number", "points without a stress"))
+    elif lacking["volume"] and (lacking["solid_volume"] or lacking["void_ratio"]):
+        out.append(("stress, pressure, stress ratio, inertial number", "points without a volume"))
+    if lacking["solid_volume"]:
+        out.append(("solid fraction, void ratio", "points without a solid volume (--density)"))
+    if lacking["granular_temperature"]:
+        out.append(("granular temperature of the law", "points without one"))
     return out
 
 

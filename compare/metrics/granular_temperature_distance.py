@@ -1,7 +1,7 @@
 import numpy as np
 
 from compare.metrics import metric
-from compare.mapping.reductions import dense_fluctuation, example_run
+from compare.mapping.reductions import dense_fluctuation, example_run, integral
 
 
 @metric(unit="-", source="mapped fields of both sides, the same cells' rule", of_pair=True)
@@ -17,7 +17,8 @@ def granular_temperature_distance(mpm, dem):
         return float("nan")
     tau = np.union1d(ours[0], theirs[0])
     a, b = (run.mass_scale * np.interp(tau, *found) for run, found in ((mpm, ours), (dem, theirs)))
-    return float(np.trapz(abs(a - b), tau) / np.trapz(b, tau))
+    under = integral(b, tau)
+    return integral(abs(a - b), tau) / under if under > 0.0 else float("nan")
 
 
 def example():

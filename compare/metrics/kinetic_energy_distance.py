@@ -1,7 +1,7 @@
 import numpy as np
 
 from compare.metrics import metric
-from compare.mapping.reductions import example_run
+from compare.mapping.reductions import example_run, integral
 
 
 @metric(unit="-", source="energy histories of both engines", of_pair=True)
@@ -14,8 +14,8 @@ def kinetic_energy_distance(mpm, dem):
         return float("nan")
     tau = np.union1d(mpm.energy_tau(), dem.energy_tau())
     a, b = (np.interp(tau, run.energy_tau(), run.mean_motion()) for run in (mpm, dem))
-    under = float(np.trapz(b, tau))
-    return float(np.trapz(abs(a - b), tau)) / under if under > 0.0 else float("nan")
+    under = integral(b, tau)
+    return integral(abs(a - b), tau) / under if under > 0.0 else float("nan")
 
 
 def example():

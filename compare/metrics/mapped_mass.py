@@ -1,5 +1,3 @@
-import numpy as np
-
 from compare.metrics import metric
 from compare.mapping.reductions import example_run
 
@@ -7,7 +5,7 @@ from compare.mapping.reductions import example_run
 @metric(unit="kg", source="coarse-grained density")
 def mapped_mass(run):
     """Integral of the mapped density over the grid at release; must equal the mass."""
-    return run.mass_scale * float(np.sum(run.fields["density"][0])) * run.fields.grid.cell_volume
+    return run.mass_scale * float(run.fields.grid.integral(run.fields["density"][0]))
 
 
 def example():

@@ -1,8 +1,7 @@
 import numpy as np
-from scipy.stats import wasserstein_distance
 
 from compare.metrics import metric
-from compare.mapping.reductions import example_run
+from compare.mapping.reductions import example_run, wasserstein
 
 DIRECTIONS = 32
 
@@ -23,7 +22,7 @@ def wasserstein_plane(mpm, dem):
     a, b = mpm.clouds[-1], dem.clouds[-1]
     angles = (np.arange(DIRECTIONS) + 0.5) * np.pi / DIRECTIONS
     sliced = [
-        wasserstein_distance(a.x[:, :2] @ n, b.x[:, :2] @ n, a.mass, b.mass)
+        wasserstein(a.x[:, :2] @ n, b.x[:, :2] @ n, a.mass, b.mass)
         for n in np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     ]
     return float(np.mean(sliced)) * np.pi / 2.0 / dem.length

@@ -1,8 +1,7 @@
 import numpy as np
-from scipy.stats import wasserstein_distance
 
 from compare.metrics import metric
-from compare.mapping.reductions import example_run
+from compare.mapping.reductions import example_run, wasserstein
 
 
 @metric(
@@ -16,7 +15,7 @@ def wasserstein_x(mpm, dem):
     other, over L0.
     """
     a, b = mpm.clouds[-1], dem.clouds[-1]
-    return wasserstein_distance(a.x[:, 0], b.x[:, 0], a.mass, b.mass) / dem.length
+    return wasserstein(a.x[:, 0], b.x[:, 0], a.mass, b.mass) / dem.length
 
 
 def example():

@@ -4,19 +4,19 @@ RUNDIR holds mpm.h5 and dem.h5 (and, for an ensemble, more files mpm*.h5 and dem
 there: fields.h5, metrics.json, figures/*.svg and *.png, report.html.
 """
 
-import base64
 import io
 import json
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-import jinja2
 import matplotlib.pyplot as plt
 
-from compare.verdict import comparison, conclusion, controls, siblings
+from compare.verdict import comparison, conclusion, controls, plain, siblings
 from cases.style import STYLE
-from compare.report.charts import all_charts
+from compare.report import page as pages
+from compare.report import player
+from compare.report.charts import all_charts, seen
 from cases import results
 from cases.command_line import Parser
 from cases.errors import CaseError
@@ -48,37 +48,42 @@ class Figure:
     name: str
     title: str
     sentence: str
+    alt: str  # what is to be seen, with its numbers
     wide: str  # data URI
     narrow: str
+    data: pages.Data
+    tall: bool
 
 
 def draw(chart, c, folder: Path) -> Figure | None:
     """Draws a chart for wide and narrow pages; the wide one also goes into `folder` as SVG
-    and PNG.
+    and PNG. Its text and data are those of the wide one.
     """
-    images, sentence = {}, ""
+    images, told = {}, {}
     with plt.rc_context(STYLE):
         for narrow in (False, True):
             drawn = chart.draw(c, narrow)
             if drawn is None:
                 return None
-            figure, sentence = drawn
+            figure, sentence, *more = drawn
             figure.draw_without_rendering()  # lays out, once for all formats
             figure.set_layout_engine("none")
             svg = io.StringIO()
             figure.savefig(
                 svg, format="svg", dpi=160, metadata={"Date": None, "Title": chart.title}
             )
-            images[narrow] = svg.getvalue()
+            images[narrow] = "data:image/svg+xml;base64," + pages.encoded(svg.getvalue())
             if not narrow:
                 (folder / f"{chart.name}.svg").write_text(svg.getvalue())
                 figure.savefig(folder / f"{chart.name}.png", dpi=160)
+                told = {
+                    "sentence": sentence,
+                    "alt": " ".join([*more, seen.words(figure)]),
+                    "data": pages.data_of(seen.table(figure)),
+                    "tall": pages.tall(figure),
+                }
             plt.close(figure)
-    uri = {
-        k: "data:image/svg+xml;base64," + base64.b64encode(v.encode()).decode()
-        for k, v in images.items()
-    }
-    return Figure(chart.name, chart.title, sentence, uri[False], uri[True])
+    return Figure(chart.name, chart.title, wide=images[False], narrow=images[True], **told)
 
 
 def draw_all(charts, subject, folder: Path, tell) -> list[Figure]:
@@ -115,38 +120,54 @@ def provenance(runs) -> list[dict]:
     ]
 
 
-def page(template: str, runs, case, **values) -> str:
-    """An HTML page of a template that extends page.html.j2; it ends with the provenance of `runs`
-    and the case.
+def page(template: str, runs, case, figures: list[Figure], contents=(), **values) -> str:
+    """An HTML page of a template of this folder; it ends with the provenance of `runs` and the
+    case. `contents`, (id, words), are what its list of headings has beside the figures.
     """
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["number"] = lambda x: "–" if x is None else f"{x:.4g}"
-    environment.filters["percent"] = lambda x: "–" if x is None else f"{100 * x:+.1f} %"
-    return environment.get_template(template).render(
-        provenance=provenance(runs), case=case.resolved, **values
+    return pages.render(
+        pages.HERE / template,
+        provenance=provenance(runs),
+        case=case.resolved,
+        figures=figures,
+        contents=[
+            *((one.name, one.title) for one in figures),
+            *contents,
+            ("provenance", "Provenance"),
+        ],
+        **values,
     )
 
 
 def render(
-    c, metrics: dict, figures: list[Figure], judged: list[controls.Control], mapping: dict
+    c,
+    metrics: dict,
+    figures: list[Figure],
+    judged: list[controls.Control],
+    mapping: dict,
 ) -> str:
+    """The report."""
     case = c.mpm[0].case  # kept grains may stem from a case of another title and other margins
     return page(
         "report.html.j2",
         c.mpm + c.dem,
         case,
+        figures,
+        [("controls", "Negative controls"), ("metrics", "All metrics")],
         title=case.values.get("title", "Comparison"),
+        paragraph=plain.paragraph(metrics),
+        beyond=plain.beyond(metrics),
+        player=player.build(c),
         verdict=metrics["verdict"],
         findings=metrics["findings"]["list"],
         verdict_words=conclusion.verdict_words,
         metrics=metrics,
+        measured=[
+            (name, entry)
+            for name, entry in metrics.items()
+            if name not in ("verdict", "findings") and not name.startswith("control_")
+        ],
+        metric_words=plain.WORDS,
         headlines=HEADLINES,
-        figures=figures,
         controls=judged,
         control_words=controls.WORDS,
         mapping=mapping,

@@ -4,6 +4,7 @@ Particles are points, contacts lines. ParaView's colours need ranges that hold f
 files, which are gathered on the way (Seen).
 """
 
+import re
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -26,6 +27,9 @@ MAPPED = ("void_ratio", "granular_temperature")  # fields that particles are giv
 # Quantiles of what is mapped that colours span: at the surface the void ratio has no bound.
 SHARE = (0.05, 0.95)
 RANGED = ("velocity", *(f"mapped_{name}" for name in MAPPED))
+
+
+NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 @dataclass
@@ -93,6 +97,8 @@ def export(run: Path, folder: Path) -> Exported:
     beside the run holds it, particles have the mapped fields of MAPPED too. Raises CaseError if
     `run` is no result file. Nothing is left of a failed export.
     """
+    if NO_XML.search(run.stem):
+        raise CaseError(f"{run}: cannot be exported (XML holds no such name) rename it")
     folder.mkdir(parents=True, exist_ok=True)
     with scratch(folder, run.stem) as work:
         found, seen = open_grains(run), Seen()
@@ -102,7 +108,8 @@ def export(run: Path, folder: Path) -> Exported:
             time = float(found.time[k]) if np.isfinite(found.time[k]) else float(step)
             points = mesh(reading.group(frame, "particles/cloud"))
             if fields:
-                points.point_data.update(sampled(fields, k, points.points))
+                for name in (name for name in MAPPED if name in fields):
+                    points.point_data[f"mapped_{name}"] = fields.at(name, k, points.points)
             particles.add(points, step, time)
             look(points, seen)
             if "contacts" in frame:
@@ -183,19 +190,6 @@ def fields_of(run: Path, time: np.ndarray) -> Fields | None:
         known = [name for name in MAPPED if name in file[run.stem]]
     fields = open_fields(path, run.stem)
     return fields if known and np.array_equal(fields.time, time) else None
-
-
-def sampled(fields: Fields, frame: int, x: np.ndarray) -> dict[str, np.ndarray]:
-    """What is mapped in the cells that places x (N, 3) lie in; NaN outside the grid."""
-    grid = fields.grid
-    column = np.rint((x[:, 0] - grid.x[0]) / grid.spacing).astype(int)
-    row = np.rint((x[:, 1] - grid.y[0]) / grid.spacing).astype(int)
-    inside = (row >= 0) & (row < len(grid.y)) & (column >= 0) & (column < len(grid.x))
-    out = {}
-    for name in (name for name in MAPPED if name in fields):
-        values = out[f"mapped_{name}"] = np.full(len(x), np.nan)
-        values[inside] = fields[name][frame][row[inside], column[inside]]
-    return out
 
 
 def look(points: meshio.Mesh, seen: Seen):

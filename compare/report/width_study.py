@@ -5,12 +5,12 @@ Below the plateau single grains and layers show, above it the surface and the gr
 leak in.
 """
 
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from cases.scratch import temporary
 from compare.mapping.reductions import bulk_solid_fraction
 from compare.mapping.runs import Run, map_fields, open_fields
 
@@ -57,9 +57,9 @@ def study(run: Run, path: Path, widths, options=()) -> WidthStudy:
     mask = core(run, frame)
     means: dict[str, list] = {name: [] for name in FIELDS}
     scatter = []
-    with tempfile.TemporaryDirectory() as scratch:
+    with temporary() as scratch:
         for width in widths:
-            output = Path(scratch) / f"{width}.h5"
+            output = scratch / f"{width}.h5"
             map_fields([path], output, *options, "--width", str(width), "--frame", str(frame))
             fields = open_fields(output, path.stem)
             # Wider kernels reach farther and so make larger grids, but cell (0, 0) is the corner of

@@ -5,12 +5,13 @@ known by name.
 import math
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from cases.case import Case
+from compare.mapping.reductions import integral
 from compare.study import impact
 from compare.study.failure import warnings_of
+from compare.study.quantities import label
 from compare.study.recipe import Recipe, assignment
 from compare.study.signature import expand
 
@@ -112,7 +113,7 @@ def damping(point: dict, scene: Case) -> float:
     energy [1/sqrt(H/g)].
     """
     run = expand(point, scene)
-    return float(run.energy["unaccounted"][-1] / np.trapz(run.energy["kinetic"], run.energy_tau()))
+    return float(run.energy["unaccounted"][-1] / integral(run.energy["kinetic"], run.energy_tau()))
 
 
 def recipes_of(failure: dict, timeout: float) -> tuple[Recipe, Recipe]:
@@ -197,6 +198,7 @@ def trend_table(trends: list[dict], points: list[list[dict]], scene: Case) -> pd
 
 def sentences(plane: dict, rows: list[tuple[float, dict]], scene: Case) -> list[str]:
     """What a plane says: the least margin of the claimed limit and of the default."""
+    quantity = label(plane["along"]).replace("\n", " ")
     good = [row["good"] for _, row in rows]
     limits = [row["good"] / limit(plane, value, scene) for value, row in rows]
     beyond = " or more" if any(math.isinf(row["bad"]) for _, row in rows) else ""
@@ -207,7 +209,7 @@ def sentences(plane: dict, rows: list[tuple[float, dict]], scene: Case) -> list[
             f"{len(good)} rows ({', '.join(failures)})"
         ]
     return [
-        f"stable to {min(good):.2g}–{max(good):.2g}{beyond} of {plane['along'].replace('_', ' ')}: "
+        f"stable to {min(good):.2g}–{max(good):.2g}{beyond} ({quantity}): "
         f"at least {min(limits):.2g} times the claimed limit, "
         f"{min(good) / default_of(plane, scene):.2g} times the default",
         f"beyond it: {', '.join(failures)}" if failures else "no failure within the range",

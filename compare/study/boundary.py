@@ -1,6 +1,6 @@
 """One row of a stability map: where along one key runs begin to fail, found by bisection.
 
-    python3 -m compare.study.boundary CONFIG KEY -o ROW.json
+    python3 -m compare.study.boundary CASE TASK -o ROW.json
 """
 
 import math

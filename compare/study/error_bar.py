@@ -1,17 +1,17 @@
 """Does the numerical error bar cover the error? A run, its siblings, and a run so fine that it
 stands for the exact solution; the bar must reach from the first to the last.
 
-    python3 -m compare.study.error_bar CONFIG KEY -o RESULT.json
+    python3 -m compare.study.error_bar CASE TASK -o RESULT.json
 """
 
 import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 
 from cases.case import load
+from cases.scratch import temporary
 from cases.stages import Stage, run_stages
 from compare.mapping.runs import map_fields, open_fields, open_run
 from compare.metrics import all_metrics
@@ -33,15 +33,15 @@ def make(scene: Path, task: dict) -> dict:
     sets = siblings.overrides(load(scene, recipe.sets))
     fine_cells = [f"mpm.cell_size={task['fine']!r}"]
     asked: dict[str, list[str]] = sets | {"main": [], "fine": fine_cells}
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
-        files = {name: Path(folder) / f"{name}.h5" for name in asked}
+    with temporary() as folder:
+        files = {name: folder / f"{name}.h5" for name in asked}
         for name, more in asked.items():
             words = replace(recipe, sets=(*recipe.sets, *more)).words(scene, files[name])
             run_stages([Stage(name, words)], quiet=True)
-        map_fields(list(files.values()), Path(folder) / "fields.h5")
+        map_fields(list(files.values()), folder / "fields.h5")
         runs = {name: open_run(path) for name, path in files.items()}
         for run in runs.values():
-            run.mapped = open_fields(Path(folder) / "fields.h5", run.name)
+            run.mapped = open_fields(folder / "fields.h5", run.name)
         main, fine = runs["main"], runs["fine"]
         pair([fine, runs["coarse"], runs["slow"]], [main])
         bars = siblings.uncertainty(main, main, siblings.Siblings(runs["coarse"], runs["slow"]))

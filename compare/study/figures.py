@@ -1,14 +1,14 @@
 """What a run of the continuum says of its own numerics, as plain numbers.
 
-    python3 -m compare.study.figures CONFIG KEY -o RESULT.json
+    python3 -m compare.study.figures CASE TASK -o RESULT.json
 """
 
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
 
+from cases.scratch import temporary
 from cases.stages import Stage, run_stages
 
 from compare.metrics.centre_of_mass_x import centre_of_mass_x
@@ -134,8 +134,8 @@ def averaged(values, volume, shares):
 
 def make(scene: Path, task: dict) -> dict:
     recipe = Recipe.of(task)
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
-        result = Path(folder) / "run.h5"
+    with temporary() as folder:
+        result = folder / "run.h5"
         run_stages([Stage(recipe.label, recipe.words(scene, result))], quiet=True)
         return {
             name: value if isinstance(value, (int, str)) else float(value)

@@ -12,7 +12,6 @@ cases/<case>/reference/headlines.csv.
 
 import argparse
 import sys
-import tempfile
 from pathlib import Path
 
 import pandas as pd
@@ -21,7 +20,8 @@ from cases.case import Case, load
 from cases.errors import EngineError, exit_code
 from cases.files import write_table
 from cases.programs import call, program
-from cases.provenance import about, head
+from cases.provenance import about, head, typed
+from cases.scratch import temporary
 from compare.mapping.runs import Run, map_fields, open_fields, open_run
 from compare.metrics import all_metrics
 from compare.verdict.comparison import pair
@@ -42,20 +42,20 @@ CANDIDATES = (
 
 def continuum(scene: Case, factors: list[float]) -> list[Run]:
     """Runs of the continuum with the law's friction times each factor, mapped."""
-    with tempfile.TemporaryDirectory() as scratch:
+    with temporary() as scratch:
         files = []
         for number, factor in enumerate(factors):
-            files.append(Path(scratch) / f"mpm_{number}.h5")
+            files.append(scratch / f"mpm_{number}.h5")
             command = [program("mpm_run"), scene.path, "-o", files[-1]]
             for key in FRICTION:
                 command += ["--set", f"material.{key}={factor * scene[f'material.{key}']}"]
             done = call(command)
             if done.returncode:
                 raise EngineError(done.stderr.strip())
-        map_fields(files, Path(scratch) / "fields.h5")
+        map_fields(files, scratch / "fields.h5")
         runs = [open_run(path) for path in files]
         for run in runs:
-            run.mapped = open_fields(Path(scratch) / "fields.h5", run.name)
+            run.mapped = open_fields(scratch / "fields.h5", run.name)
             run.clouds = [run.clouds[-1]]
             for name in ("solid_fraction", "density"):
                 run.fields[name]
@@ -95,7 +95,7 @@ def main(words: list[str]) -> int:
     scene = load(options.case)
     rows = table(scene, options.change)
     note = f"change: of the continuum, {100 * options.change:g} % of friction; scatter: standard "
-    command = " ".join(["python3 -m compare.study.headlines", *words])
+    command = typed("python3 -m compare.study.headlines", words)
     notes = (note + f"deviation of the packings of {TABLE.name}",)
     path = scene.path.parent / "reference" / "headlines.csv"
     write_table(path, head(about(command), *notes), rows, "%.3g")

@@ -11,14 +11,14 @@ without a run: those metrics only that a signature holds.
 import argparse
 import json
 import sys
-import tempfile
 from pathlib import Path
 
 from cases import workflow
 from cases.case import Case, load
 from cases.errors import exit_code
 from cases.files import write_table
-from cases.provenance import about, head
+from cases.provenance import about, head, typed
+from cases.scratch import temporary
 from compare.mapping.runs import Run, map_fields, open_fields, open_run
 from compare.metrics import Metric, all_metrics
 from compare.study import reference
@@ -61,8 +61,8 @@ def row(run: Run, metrics: list[Metric]) -> dict:
 
 def of_runs(files: list[Path]) -> list[dict]:
     """Rows of the runs <seed>.h5."""
-    with tempfile.TemporaryDirectory() as scratch:
-        fields = Path(scratch) / "fields.h5"
+    with temporary() as scratch:
+        fields = scratch / "fields.h5"
         map_fields(files, fields)
         runs = [open_run(path) for path in files]
         for run in runs:
@@ -99,7 +99,7 @@ def main(words: list[str]) -> int:
     else:
         seeds = range(1, options.seeds + 1)
         rows = of_runs(ensemble.make(scene, [], seeds, workflow.Where(options.jobs, None)))
-    command = " ".join(["python3 -m compare.study.packings", *words])
+    command = typed("python3 -m compare.study.packings", words)
     write(rows, inputs(scene), folder / TABLE, command)
     return 0
 

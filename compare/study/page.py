@@ -1,20 +1,14 @@
 """A study as one HTML file: its figures, in which every point tells its recipe, and its tables."""
 
-import math
 from pathlib import Path
 
-import jinja2
 import pandas as pd
 
 from cases.files import write_atomically
+from compare.report import page as pages
 
-Figure = tuple[str, list[str], str]  # heading, sentences, SVG or ""
-
-
-def shown(cell) -> str:
-    if isinstance(cell, float):
-        return "–" if math.isnan(cell) else f"{cell:.3g}"
-    return str(cell)
+# heading, sentences, and what is drawn; None where nothing could be
+Figure = tuple[str, list[str], pages.Picture | None]
 
 
 def write(
@@ -24,23 +18,37 @@ def write(
     figures: list[Figure],
     tables: dict[str, pd.DataFrame],
 ):
-    """The last column of a table is set as code."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent), autoescape=True, trim_blocks=True
-    )
-    environment.filters["number"] = shown
+    """The last column of a table is set as code where it is text; columns that tell nothing are
+    left out.
+    """
+    shown = [
+        {
+            "heading": heading,
+            "words": words,
+            "picture": picture,
+            "data": picture and pages.data_of(picture.table),
+        }
+        for heading, words, picture in figures
+    ]
+    headings = [(f"figure-{i}", one["heading"]) for i, one in enumerate(shown, start=1)]
+    headings += [(f"table-{i}", heading) for i, heading in enumerate(tables, start=1)]
     write_atomically(
         path,
-        environment.get_template("page.html.j2").render(
+        pages.render(
+            Path(__file__).with_name("study.html.j2"),
             title=title,
             origin=origin,
-            figures=[
-                (heading, words, svg[svg.index("<svg") :] if svg else "")
-                for heading, words, svg in figures
-            ],
+            contents=headings,
+            figures=shown,
             tables=[
-                (heading, list(table), table.to_numpy().tolist())
-                for heading, table in tables.items()
+                (heading, list(table), table.astype(object).to_numpy().tolist())
+                for heading, table in ((name, told(one)) for name, one in tables.items())
             ],
         ),
     )
+
+
+def told(table: pd.DataFrame) -> pd.DataFrame:
+    """The columns of a table that hold something; all where it has no rows."""
+    empty = (table.isna() | (table.astype(str) == "")).all() & (len(table) > 0)
+    return table.loc[:, ~empty]

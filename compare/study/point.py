@@ -1,6 +1,6 @@
 """One point of a study: runs a recipe and keeps its signature, or how it failed.
 
-python3 -m compare.study.point CONFIG KEY -o POINT.json
+python3 -m compare.study.point CASE TASK -o POINT.json
 
 A failure of the engine is a result like any other: the program fails itself only when it cannot run
 the recipe at all.
@@ -9,13 +9,13 @@ the recipe at all.
 import os
 import resource
 import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
 from cases.case import load
 from cases.errors import Failure, code_of
 from cases.programs import call
+from cases.scratch import temporary
 from compare.mapping.reductions import has_temperature
 from compare.mapping.runs import Run, map_fields, open_fields, open_run
 from compare.study import job
@@ -47,17 +47,18 @@ def run(scene: Path, recipe: Recipe) -> dict:
         resource.setrlimit(resource.RLIMIT_CPU, (int(recipe.timeout) + 1, int(recipe.timeout) + 5))
 
     before = children()
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
-        result = Path(folder) / "run.h5"
+    with temporary() as folder:
+        result = folder / "run.h5"
         words = recipe.words(scene, result)
-        done = call(words, preexec_fn=limited, env=os.environ | {"OMP_NUM_THREADS": "1"})
+        done = call(words, before=limited, env=os.environ | {"OMP_NUM_THREADS": "1"})
         if done.returncode == 0:
             return {"status": "ok"} | compact(mapped(result))
     spent = children() - before
     said = done.stderr.strip().splitlines()
     line = said[-1] if said else f"ended with code {done.returncode} and no word"
-    # SIGXCPU, of the program or of a process of its own
-    code = Failure.CPU_LIMIT if done.returncode < 0 else code_of(line)
+    code = code_of(line)
+    if code is None and done.returncode < 0:  # SIGXCPU, of the program or of a process of its own
+        code = Failure.CPU_LIMIT
     if code == Failure.CPU_LIMIT:
         line = f"stopped after {spent:.0f} s of processor time"
     return {"status": classify(code), "message": line, "cpu_seconds": spent}

@@ -11,6 +11,7 @@ from typing import Any
 from cases import case
 from cases.errors import CaseError
 from cases.programs import PYTHON, module, program
+from cases.provenance import typed
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class Recipe:
         """The same as a user types it in the project's folder."""
         python = f"{PYTHON} -m dem_reference.run"
         engine = "build/release/mpm_run" if self.engine == "mpm" else python
-        return " ".join([engine, *self.asked(scene, f"{self.engine}.h5")])
+        return typed(engine, self.asked(scene, f"{self.engine}.h5"))
 
     def asked(self, scene: Path, result: str | Path) -> list[str]:
         """What either engine is told."""

@@ -3,7 +3,6 @@ another.
 """
 
 import json
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,8 @@ import numpy as np
 from cases import case, command_line, provenance, workflow
 from cases.errors import CaseError
 from cases.files import write_atomically
+from cases.reading import UNEXPECTED
+from cases.scratch import temporary
 from compare.mapping.runs import map_fields, open_fields, open_run
 from compare.metrics import all_metrics
 from compare.study.distance import WORDS, errors, mean
@@ -60,7 +61,8 @@ def obtain(scene: case.Case, options) -> dict:
         return read(committed, scene)
     if options.seeds or not files:
         where = workflow.Where(options.jobs, options.profile)
-        ensemble.make(scene, [], range(1, (options.seeds or 8) + 1), where)
+        seeds = range(1, (options.seeds or 8) + 1)
+        ensemble.make(scene, [], seeds, where, quiet=options.quiet)
     return of_runs(runs_in(ensemble_folder(scene)), scene)
 
 
@@ -74,18 +76,26 @@ def read(path: Path, scene: case.Case) -> dict:
     scene's grains.
     """
     try:
-        found = json.loads(path.read_text())
-        made_of = found["made_of"]
-    except (OSError, ValueError) as error:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
         raise CaseError(f"{path}: not a reference of the grains ({error})") from error
-    except (KeyError, TypeError):
+    made_of = found.get("made_of") if isinstance(found, dict) else None
+    if not isinstance(made_of, dict):
         raise CaseError(
             f"{path}: not a reference of the grains (it does not state what it was made of) "
             "make it again from its runs, with --ensemble DIR"
-        ) from None
+        )
     refuse_others(path, made_of, scene)
     # of the members, as they are judged now: an error may have been another figure when it was kept
-    return found | {"scatter": scatter(found["members"], scene)}
+    try:
+        with np.errstate(invalid="raise"):
+            return found | {"scatter": scatter(found["members"], scene)}
+    except (*UNEXPECTED, ArithmeticError) as error:
+        why = f"of its members: {type(error).__name__}, {error}"
+        raise CaseError(
+            f"{path}: not a reference of the grains ({why}) make it again from its runs, with "
+            "--ensemble DIR"
+        ) from error
 
 
 def refuse_others(path: Path, made_of: dict, scene: case.Case):
@@ -112,9 +122,9 @@ def of_runs(files: list[Path], scene: case.Case) -> dict:
     for file, run in zip(files, runs):
         refuse_others(file, inputs(run.case), scene)
     seeds = []
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+    with temporary() as folder:
         for number, (file, run) in enumerate(zip(files, runs)):
-            fields = Path(folder) / f"{number}.h5"
+            fields = folder / f"{number}.h5"
             map_fields([file], fields)
             run.mapped = open_fields(fields, run.name)
             seeds.append(compact(run))

@@ -29,6 +29,7 @@ LAWS = {
     "critical_state": "critical state",
     "solid_fluid": "full model",
     "contact_share": "contact share",
+    "external": "a library's law",
 }
 MARKS = dict.fromkeys(("agree", "within margin"), "") | {
     "differ": " **differs**",
@@ -93,7 +94,28 @@ def frontier_of(name: str) -> dict:
         "scatter": ", ".join(bands),
         "runs": int((~points["fine"]).sum()),
         "failed": int((points["status"] != "ok").sum()),
+        "seen": "Error of the deposit over cost. "
+        + front_in_words(points[~points["fine"]], "error_deposit")
+        + f" Shaded: the grains' own scatter, {per_cent(frontier.band(reference, 'deposit'))}",
+        "seen_numerical": "Distance of the deposit from the law's own fine solution, over cost. "
+        + front_in_words(points[~points["fine"] & (points["engine"] == "mpm")], "numerical_deposit")
+        + " Dashed lines are what each law itself is off by from the grains",
     }
+
+
+def front_in_words(points: pd.DataFrame, column: str) -> str:
+    """From where to where the front of a chart falls, and what lies off it."""
+    good = points[(points["status"] == "ok") & points[column].notna()]
+    ahead = good.iloc[frontier.front(good["cost"].to_numpy(), good[column].to_numpy())]
+    ends = " to ".join(
+        f"{per_cent(row[column])} at {row['cost']:.2g} s per √(H/g) ({row['label']})"
+        for _, row in ahead.sort_values("cost").iloc[[0, -1]].iterrows()
+    )
+    failed = int((points["status"] != "ok").sum())
+    return (
+        f"The front of {len(ahead)} recipes falls in steps from {ends}; the other "
+        f"{len(good) - len(ahead)} lie above it, {failed} that failed along the upper edge."
+    )
 
 
 def levels(points: pd.DataFrame, grains: float) -> str:
@@ -179,6 +201,19 @@ def atlas(name: str) -> str:
     return markdown(head, rows)
 
 
+def atlas_in_words(name: str) -> str:
+    """What the picture of the planes shows."""
+    table = read(ROOT / "cases" / name / "reference" / "atlas" / "boundaries.csv")
+    least = table.groupby("plane", sort=False)["times_limit"].min()
+    beyond = least[least >= 1.0]
+    return (
+        f"{len(least)} panels, each with the runs of a method by the step they take. In "
+        f"{len(beyond)} of them all good runs' boundary lies to the right of the limit that is "
+        f"claimed, by a factor of {beyond.min():.2g} at least; to the right of it runs drift, grow "
+        "in energy or lose points"
+    )
+
+
 def failures(name: str) -> str:
     table = read(ROOT / "cases" / name / "reference" / "atlas" / "failures.csv")
     return markdown(
@@ -215,7 +250,8 @@ def convergence(name: str, figures: tuple[str, ...]) -> str:
         rows.append(
             [start, *(cell(one) for one in figures), per_cent(by.loc["loss", "mean"]), steps]
         )
-    return markdown(["", *(one.replace("_", " ") for one in figures), "lost", "steps"], rows)
+    names = [one.replace("_", " ") for one in figures]
+    return markdown(["setting", *names, "lost", "steps"], rows)
 
 
 def verdicts(names: list[str]) -> list[dict]:
@@ -251,6 +287,21 @@ def verdicts(names: list[str]) -> list[dict]:
         ]
         out.append({"name": name, "origin": origin(path), "table": markdown(head, rows)})
     return out
+
+
+def experiment(name: str) -> str:
+    """Each figure of both engines for each aspect ratio, beside what is published."""
+    table = read(ROOT / "cases" / name / "reference" / "experiment.csv")
+    rows = []
+    for _, row in table.iterrows():
+        pairs = (("mpm", "numerical"), ("dem", "deviation"))
+        ours = (f"{row[mean]:.2f} ± {row[bar]:.2f}" for mean, bar in pairs)
+        least, most = row["published_least"], row["published_most"]
+        known = "–" if math.isnan(least) else f"{least:.2f} to {most:.2f}"
+        figure = row["figure"].replace("_", "-")
+        rows.append([f"{row['aspect_ratio']:g}", figure, *ours, row["verdict"], known])
+    head = ["a", "figure [L0]", "continuum ± numerics", "grains ± packings", "verdict", "published"]
+    return markdown(head, rows)
 
 
 def outcome(name: str) -> str:
@@ -299,12 +350,13 @@ def page() -> str:
     )
     reference = {
         name: ROOT / "cases" / name / "reference"
-        for name in ("column", "column_small", "column_ci", "column_full")
+        for name in ("column", "column_small", "column_ci", "column_full", "cylinder")
     }
     return environment.get_template("results.md.j2").render(
         frontiers=[frontier_of("column_small"), frontier_of("column")],
         ladders=ladders(["column_shallow", "column", "column_small", "column_tall"]),
         atlas=atlas("column_ci"),
+        atlas_seen=atlas_in_words("column_ci"),
         atlas_origin=origin(reference["column_ci"] / "atlas" / "boundaries.csv"),
         failures=failures("column_ci"),
         convergence={
@@ -315,6 +367,8 @@ def page() -> str:
             name: origin(reference[name] / "convergence.csv") for name in ("column", "column_small")
         },
         verdicts=verdicts(["column_small", "column", "column_ci"]),
+        experiment=experiment("cylinder"),
+        experiment_origin=origin(reference["cylinder"] / "experiment.csv"),
         outcome=outcome("column_small"),
         outcome_origin=origin(reference["column_small"] / "judge" / "outcome.csv"),
         statements=statements("column_full"),

@@ -9,7 +9,6 @@ ten times the schema's default: such a skeleton is as stiff as the others.
 """
 
 import sys
-import tempfile
 from pathlib import Path
 
 import h5py
@@ -20,7 +19,8 @@ from cases.case import load
 from cases.errors import exit_code
 from cases.files import check_table, write_table
 from cases.programs import program
-from cases.provenance import about, head
+from cases.provenance import about, head, typed
+from cases.scratch import temporary
 from cases.stages import Stage, run_stages
 from compare.study.figures import at_end, figures
 
@@ -102,13 +102,13 @@ def main(words: list[str]) -> int:
     target = options.case / "reference" / "softening.csv"
     check_table(target)
     rows = []
-    with tempfile.TemporaryDirectory(prefix="grainpair-") as folder:
+    with temporary() as folder:
         for seed in range(1, options.seeds + 1):  # interleaved: all that differs is the stiffness
             for law in LAWS:
                 for asked in stiffnesses(law):
-                    rows.append(one(options.case, law, asked, options.cells, seed, Path(folder)))
+                    rows.append(one(options.case, law, asked, options.cells, seed, folder))
                     print(rows[-1], file=sys.stderr, flush=True)
-    command = " ".join(["python3 -m compare.study.softening", *words])
+    command = typed("python3 -m compare.study.softening", words)
     notes = (
         "units: asked, weight_to_stiffness rho g H/K [-]; run_out_95, run_out_99, centre, "
         "height [L0]; peak [of what is released]; cpu_seconds_engine [s]; fluctuation_peak [E0]",

@@ -7,11 +7,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from cases import case, command_line, cores, results, workflow
+from cases import case, command_line, cores, cost, results, workflow
+from cases.errors import CaseError, EngineError
+from cases.jobs import Job
+from cases.members import Members
 from cases.programs import kept, name_of, short
 from compare.study import keys
 from compare.study.recipe import Recipe
+from compare.verdict import siblings
+from dem_reference import cost as grains_cost
+from dem_reference.packing import dict_of
 
+POINT = "compare.study.point"  # the program that makes one run of one recipe
 HELP = {
     "jobs": "runs at a time, of one thread each (%(default)s: cores, and memory for them)",
     "profile": "a Snakemake profile, such as dem_reference/slurm: the runs go to a cluster",
@@ -35,6 +42,7 @@ def arguments(parser):
         metavar="DIR",
         help="folder of tables and figures (runs/studies/<case>/<study>)",
     )
+    parser.add_argument("--quiet", action="store_true", help="show no progress")
 
 
 @contextmanager
@@ -49,21 +57,52 @@ def prepared(scene: case.Case, options, study: str, page: str) -> Iterator[Path]
 
 
 def sweep(
-    scene: case.Case, tasks: dict[str, dict], options, program: str = "compare.study.point"
+    scene: case.Case, tasks: dict[str, dict], options, program: str = POINT
 ) -> dict[str, dict]:
     """The results of the tasks, by the key each is kept under in runs/studies/points
     (compare/study/keys.py).
 
-    `program` makes one of them: python3 -m PROGRAM CONFIG KEY -o RESULT.json, where CONFIG holds
-    "case" and "recipes". Raises EngineError when one cannot be made (a run that fails is a result).
+    `program` makes one of them: python3 -m PROGRAM CASE TASK -o RESULT.json. Raises
+    EngineError when one cannot be made (a run that fails is a result).
     """
     store = kept("studies", "points")
-    if any(not (store / f"{key}.json").exists() for key in tasks):
+    files = {key: store / f"{key}.json" for key in tasks}
+    if any(not file.exists() for file in files.values()):
         path = scene.path.parent if scene.path.name == "case.toml" else scene.path
-        config = {"case": str(short(path)), "recipes": tasks, "program": program}
+        jobs = {
+            key: Job(file, (program, str(short(path)), json.dumps(tasks[key]), "-o", str(file)))
+            for key, file in files.items()
+        }
         where = workflow.Where(options.jobs, options.profile)
-        workflow.run(Path(__file__).with_name("Snakefile"), store, config, where)
-    return {key: json.loads((store / f"{key}.json").read_text()) for key in tasks}
+        workflow.run(jobs, store, where, members_of(scene, tasks, files, options.quiet, program))
+    return {key: json.loads(file.read_text()) for key, file in files.items()}
+
+
+def members_of(
+    scene: case.Case, tasks: dict[str, dict], files: dict[str, Path], quiet: bool, program: str
+) -> Members:
+    """The tasks as they are shown; what each takes is estimated where it is one run."""
+    recipes = {key: Recipe.of(task.get("recipe", task)) for key, task in tasks.items()}
+    seconds = {}
+    if program == POINT and not quiet:
+        for key, recipe in recipes.items():
+            if not files[key].exists() and (found := estimate(scene, recipe)):
+                seconds[key] = found
+    labels = {key: recipe.label for key, recipe in recipes.items()}
+    return Members("runs of the study", files, labels, seconds, quiet)
+
+
+def estimate(scene: case.Case, recipe: Recipe) -> float | None:
+    """Processor time of a point, siblings and all [s]; None where the engine refuses the recipe,
+    which is a result of the study's.
+    """
+    try:
+        asked = case.load(scene.path, recipe.sets)
+        if recipe.engine == "dem":
+            return grains_cost.estimate(dict_of(asked)).seconds
+        return cost.continuum(asked).seconds * (1.0 + 2.0 / siblings.COARSER**3)
+    except (CaseError, EngineError):
+        return None
 
 
 def run_tasks(scene: case.Case, tasks: list[dict], options, program: str) -> list[dict]:
@@ -87,7 +126,7 @@ def run_recipes(scene: case.Case, recipes: list[Recipe], options) -> list[dict]:
     Recipes that tell the engine the same in other words share a point, and each is given it as its
     own.
     """
-    names = [keys.key("compare.study.point", recipe, scene) for recipe in recipes]
+    names = [keys.key(POINT, recipe, scene) for recipe in recipes]
     tasks = {name: recipe.as_json() for name, recipe in zip(names, recipes)}
     points = sweep(scene, tasks, options)
     return [

@@ -46,11 +46,11 @@ def mean_and_fluctuating(run) -> tuple[np.ndarray, np.ndarray]:
     tr(kinetic stress).
     """
     grid = run.fields.grid
-    scale = run.mass_scale * grid.cell_volume / run.reference_energy
+    scale = run.mass_scale / run.reference_energy
     rho, V = run.fields["density"], np.nan_to_num(run.fields["velocity"])
-    mean = 0.5 * scale * (rho * (V**2).sum(axis=-1)).sum(axis=(1, 2))
+    mean = 0.5 * scale * grid.integral(rho * (V**2).sum(axis=-1))
     fluctuating = (
-        0.5 * scale * np.trace(run.fields["kinetic_stress"], axis1=-2, axis2=-1).sum(axis=(1, 2))
+        0.5 * scale * grid.integral(np.trace(run.fields["kinetic_stress"], axis1=-2, axis2=-1))
     )
     return mean, fluctuating
 

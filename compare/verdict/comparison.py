@@ -8,9 +8,10 @@ import numpy as np
 
 from compare.verdict import equivalence as verdict
 from compare.verdict import siblings
+from cases.case import Case
 from cases.errors import CaseError
 from compare.metrics import Metric, all_metrics
-from compare.mapping.runs import Run, open_fields, open_run
+from compare.mapping.runs import SCENE, Run, open_fields, open_run
 from compare.verdict.packings import Packings, of_run
 
 SAME = 0.01  # relative: what imported grains may differ from the case's to be packed like them
@@ -53,16 +54,8 @@ def refuse_unpaired(runs: list[Run]):
     """The same scene on both sides: geometry, gravity and grains must agree, or no number below
     means anything.
     """
-    keys = (
-        "geometry.height",
-        "geometry.length",
-        "geometry.thickness",
-        "geometry.gravity",
-        "grains.diameter",
-        "grains.density",
-    )
     for run in runs[1:]:
-        for key in keys:
+        for key in SCENE:
             if not math.isclose(run.case[key], runs[0].case[key], rel_tol=1e-12):
                 raise CaseError(
                     f"{run.case.path}: {key} = {run.case[key]} but {runs[0].case[key]} in "
@@ -123,13 +116,18 @@ def margin_of(metric: Metric, run: Run, mean: float) -> float | None:
     `run` is one of the continuum: grains that are kept for all cases that ask for them may stem
     from one of other margins.
     """
-    if not metric.margin:
-        return None
-    share = run.case[metric.margin]
-    grain = run.diameter / run.length  # nothing is known to better than a grain
-    if metric.margin == "compare.margin_run_out":
+    return margin_in(run.case, metric.margin, mean, run.diameter) if metric.margin else None
+
+
+def margin_in(scene: Case, key: str, mean: float, diameter: float) -> float:
+    """The margin that a case has under a key, for a figure of that `mean`; of grains of `diameter`
+    [m].
+    """
+    share = scene[key]
+    grain = diameter / scene["geometry.length"]  # nothing is known to better than a grain
+    if key == "compare.margin_run_out":
         return max(share * (1.0 + mean), grain)
-    if metric.margin == "compare.margin_height":
+    if key == "compare.margin_height":
         return max(share * mean, grain)
     return share
 

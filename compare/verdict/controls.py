@@ -10,7 +10,6 @@ other_aspect_ratio  grains of a column half as high, in controls/other_aspect_ra
 The last two are runs of their own; `make` runs what is missing.
 """
 
-import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from compare.verdict.comparison import Comparison, evaluate_one, pair
 from cases.stages import Stage, run_stages
 from compare.metrics import all_metrics
 from cases.programs import module, program
+from cases.scratch import temporary
 from compare.mapping.runs import Fields, Run, open_fields, open_run
 
 WORDS = {
@@ -99,10 +99,10 @@ def make(folder: Path, mpm: Run, dem: Run, quiet: bool = False):
     """Runs the controls that the folder lacks, with the engines and cases that made its runs."""
     target = folder / "controls"
     target.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory() as scratch:
+    with temporary() as scratch:
         scenes = {}
         for run in (mpm, dem):
-            scenes[run.engine] = Path(scratch) / f"{run.engine}.toml"
+            scenes[run.engine] = scratch / f"{run.engine}.toml"
             scenes[run.engine].write_text(run.case.resolved)
         friction = [
             f"material.stress_ratio={min(2.0, 2.0 * mpm.case['material.stress_ratio'])}",

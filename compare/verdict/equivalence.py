@@ -17,7 +17,8 @@ a bound of an error that every repetition makes alike, no random variable.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+
+from cases import student
 
 AGREE, DIFFER, UNRESOLVED = "agree", "differ", "unresolved"
 WITHIN, OUTSIDE = "within margin", "outside margin"
@@ -74,7 +75,7 @@ def confidence_half_width(
     freedom = 1.0 / sum(
         (v / total) ** 2 / n for v, n in zip(variances, freedoms)
     )  # shares: squares of small numbers vanish
-    return float(stats.t.ppf(0.5 + 0.5 * confidence, freedom) * np.sqrt(total))
+    return float(student.quantile(0.5 + 0.5 * confidence, freedom) * np.sqrt(total))
 
 
 def equivalence(

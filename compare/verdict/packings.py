@@ -8,11 +8,14 @@ these inputs, never by a name: a table of other grains says nothing of these.
 import json
 import shlex
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
+from cases.errors import CaseError
 from cases.programs import ROOT, short
 from compare.mapping.runs import Run
 from compare.verdict.equivalence import Scatter
@@ -63,21 +66,34 @@ def tables(run: Run, cases: Path) -> Iterator[Path]:
 
 def stated(path: Path) -> dict:
     """The inputs that a table says its packings were made of; empty where it says nothing."""
-    with path.open() as file:
+    with refusing(path), path.open(encoding="utf-8") as file:
         for line in file:
             if line.startswith(MADE_OF):
-                return json.loads(line.removeprefix(MADE_OF))
+                return dict(json.loads(line.removeprefix(MADE_OF)))
             if not line.startswith("#"):
                 break
     return {}
 
 
+@contextmanager
+def refusing(path: Path) -> Iterator[None]:
+    """Tells what a table that somebody broke raises in the block: CaseError."""
+    try:
+        yield
+    except (OSError, TypeError, ValueError, RecursionError) as error:  # pandas' own are of these
+        why = " ".join(str(error).split())
+        raise CaseError(
+            f"{path}: not a table of packings ({why}) make it anew or move it"
+        ) from None
+
+
 def read(path: Path) -> Packings:
-    table = pd.read_csv(path, comment="#").drop(columns="seed", errors="ignore")
+    with refusing(path):
+        table = pd.read_csv(path, comment="#").drop(columns="seed", errors="ignore").astype(float)
     scatter = {
         str(name): Scatter(float(values.std(ddof=1)), len(values))
         for name, values in table.items()
-        if len(values) > 1 and values.notna().all()
+        if len(values) > 1 and np.isfinite(values).all()
     }
     where = str(short(path))
     return Packings(f"scatter of the {len(table)} packings of {where}", scatter, where)

@@ -11,7 +11,6 @@ bound to go by, no confidence interval, and counts neither what the grains scatt
 law has wrong.
 """
 
-import tempfile
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
@@ -19,6 +18,7 @@ from pathlib import Path
 from cases.case import Case
 from cases.files import write_atomically
 from cases.programs import program
+from cases.scratch import temporary
 from cases.stages import Stage, run_chains
 from compare.mapping.runs import Run, open_fields, open_run
 from compare.metrics import Metric, all_metrics
@@ -75,6 +75,7 @@ def stages(case: Case, words: list, folder: Path) -> list[Stage]:
                 target / f"{name}.h5",
             ],
             dispensable=True,
+            result=target / f"{name}.h5",
         )
         for name, sets in overrides(case).items()
     ]
@@ -86,8 +87,8 @@ def make(folder: Path, mpm: Run, dem: Path, quiet: bool = False):
     """
     if files(folder):
         return
-    with tempfile.TemporaryDirectory() as scratch:
-        scene = Path(scratch) / "mpm.toml"
+    with temporary() as scratch:
+        scene = scratch / "mpm.toml"
         scene.write_text(mpm.case.resolved)
         words = [scene, "--seed", mpm.attributes["seed"]]
         words += ["--packing", dem] if mpm.case["initial.state"] == "packing" else []

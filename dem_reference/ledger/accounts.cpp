@@ -43,6 +43,15 @@ void Accounts::by_grain(const Moment& moment, double* out) const {
   }
 }
 
+void Accounts::state(State& of) {
+  for (Sums* sums : {&taken_, &begun_}) {
+    of(sums->totals);
+    of(sums->grains);
+  }
+  of(force_error_);
+  lifetimes_.state(of);
+}
+
 template <class Value>
 void Accounts::book(const Moment& moment, double weight, Value&& value, Sums& sums) {
   const Atoms& atoms = moment.atoms();

@@ -21,6 +21,7 @@
 
 #include "dem_reference/ledger/lifetimes.hpp"
 #include "dem_reference/ledger/moment.hpp"
+#include "dem_reference/ledger/state.hpp"
 
 namespace grainpair::ledger {
 
@@ -42,6 +43,8 @@ class Accounts {
   void by_grain(const Moment& moment, double* out) const;
   double force_error() const { return force_error_; }
   Lifetimes& lifetimes() { return lifetimes_; }
+  /// All that samples have changed since the release.
+  void state(State& of);
 
  private:
   struct Sums {

@@ -1,5 +1,8 @@
 // What Python calls (dem_reference/moment.py): handles, and pointers to what lies elsewhere.
+#include <cstddef>
+#include <cstring>
 #include <stdexcept>
+#include <vector>
 
 #include "dem_reference/ledger/accounts.hpp"
 #include "dem_reference/ledger/fluctuation.hpp"
@@ -76,6 +79,24 @@ void accounts_row(Accounts* accounts, const Moment* moment, Row* row) {
 /// out: of each grain in the moment's order.
 void accounts_by_grain(const Accounts* accounts, const Moment* moment, double* out) {
   accounts->by_grain(*moment, out);
+}
+/// Puts the state of the accounts to `out`, if that is given; its size [bytes].
+std::int64_t accounts_state(Accounts* accounts, void* out) {
+  State state;
+  accounts->state(state);
+  const std::vector<std::byte>& bytes = state.collected();
+  if (out) std::memcpy(out, bytes.data(), bytes.size());
+  return static_cast<std::int64_t>(bytes.size());
+}
+/// Takes up such a state; false where these bytes are none.
+bool accounts_take_up(Accounts* accounts, const std::byte* bytes, std::int64_t count) {
+  State state({bytes, static_cast<std::size_t>(count)});
+  try {
+    accounts->state(state);
+  } catch (const std::length_error&) {
+    return false;
+  }
+  return state.ended();
 }
 void accounts_finish(Accounts* accounts) { accounts->lifetimes().finish(); }
 void accounts_classes(Accounts* accounts, Classes* out) {

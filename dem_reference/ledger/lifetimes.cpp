@@ -36,6 +36,17 @@ void Lifetimes::finish() {
   last_.clear();
 }
 
+void Lifetimes::state(State& of) {
+  of(ended_);
+  of(heat_);
+  of(count_);
+  std::vector<Contact> contacts = last_.contacts;
+  of(contacts);
+  if (!of.gives()) return;
+  last_.clear();
+  for (const Contact& contact : contacts) last_.add(contact);
+}
+
 Lifetimes::ByThreshold Lifetimes::enduring() const {
   ByThreshold out = ended_;
   for (const Contact& contact : last_.contacts) add_enduring(contact.age, left(contact), out);

@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "dem_reference/ledger/state.hpp"
+
 namespace grainpair::ledger {
 
 /// Thresholds whose split is kept over time, as multiples of the case's own.
@@ -39,6 +41,8 @@ class Lifetimes {
   void sampled();
   /// The contacts still standing at the end go to the class of their age.
   void finish();
+  /// Ages and accounts between two samples.
+  void state(State& of);
 
   using ByThreshold = std::array<double, kMultiples.size()>;
   /// Dissipated since the release by contacts older than each threshold [J].

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "mpm/numbers/archive.hpp"
 #include "mpm/numbers/rows.hpp"
 
 namespace grainpair {
@@ -70,6 +71,7 @@ class GivenCells {
     return alike(cell) ? broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight)
                        : look_up<CellSums>(sums_.data(), at);
   }
+  void archive(const std::string& name, Archive& to) { to.structs<double>(name, sums_); }
 
  private:
   friend class ClearingCells;

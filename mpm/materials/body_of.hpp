@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <numeric>
 
-#include "mpm/points/body.hpp"
+#include "mpm/points/by_batch.hpp"
 
 namespace grainpair {
 
@@ -52,6 +52,8 @@ class BodyOf final : public Body {
 
   void reorder(std::span<const std::uint32_t> order) override { state_.reorder(order); }
 
+  void archive(Archive& to) override { state_.archive("state", to); }
+
   bool fluctuates() const override { return !athermal; }
 
   double conductivity(std::size_t point, double void_ratio) const override {
@@ -90,8 +92,6 @@ class BodyOf final : public Body {
     return Range{};
   }();
   static constexpr bool by_regime = requires { Law::regimes_cost_differently; };
-  static constexpr std::size_t window =
-      64;  // points of which those of one regime are brought together: few enough for the cache
 
   template <class Where>
   [[gnu::noinline]] GRAINPAIR_FLATTEN void update_all(std::size_t first, Batch& batch) {
@@ -103,7 +103,8 @@ class BodyOf final : public Body {
       const std::size_t end = batch.size / Wide::size() * Wide::size();
       for_each_block(0, end,
                      [&](const Block& block) { update<Where>(law, state_, first, batch, block); });
-      if (end < batch.size) update<Where>(law, state_, first, batch, some(end, batch.size));
+      if (end < batch.size)
+        update<Where>(law, state_, first, batch, Scattered::some(end, batch.size));
     }
   }
 
@@ -122,7 +123,10 @@ class BodyOf final : public Body {
                                     const Strip& strip, PointSums& out) {
     PointSums sums;
     if constexpr (by_regime)
-      advance_by_regime<Axisymmetric>(points, cells, strip, sums);
+      advance_by_batch<Zeros, accounts, Axisymmetric>(
+          points, cells, strip, sums, [&](std::size_t first, Batch& batch) {
+            update_all<typename MaterialPoints<Dim>::Where>(first, batch);
+          });
     else
       advance_in_order<Axisymmetric>(points, cells, strip, sums);
     out = sums;
@@ -144,37 +148,6 @@ class BodyOf final : public Body {
            law.granular_temperature(r.state), r.collisional_pressure},
           cells.pressures, sums);
     });
-  }
-
-  template <bool Axisymmetric, int Dim>
-  void advance_by_regime(MaterialPoints<Dim>& points, const CellsOfStep& cells, const Strip& strip,
-                         PointSums& sums) {
-    using Where = typename MaterialPoints<Dim>::Where;
-    thread_local Batch batch(window, false);
-    thread_local std::vector<double> mixing(window), detached(window);
-    batch.in_plane = Dim == 2;
-    for (std::size_t first = strip.begin; first < strip.end; first += window) {
-      const std::size_t end = std::min(first + window, strip.end);
-      batch.size = end - first;
-      for_each_block(first, end, [&](const Block& block) {
-        const Strained strained = points.template strain<Axisymmetric>(block, cells.rates, sums);
-        const Block row = block.from(first);
-        batch.steps.store(strained.step, row, Where::step);
-        row.store(strained.step.mixing, mixing), row.store(strained.detached, detached);
-      });
-      std::copy_n(&points.points.regime[first], batch.size, batch.regime.begin());
-      update_all<Where>(first, batch);
-      std::copy_n(batch.regime.begin(), batch.size, &points.points.regime[first]);
-      for_each_block(first, end, [&](const Block& block) {
-        const Block row = block.from(first);
-        points.template book<accounts>(
-            block, row.load(mixing), row.load(detached),
-            {batch.sigma.load(row, Where::tensor), batch.energies.load(row, Zeros::energies),
-             batch.stability.load(row, Zeros::stability), row.load(batch.granular_temperature),
-             row.load(batch.collisional_pressure)},
-            cells.pressures, sums);
-      });
-    }
   }
 
   /// Blocks of one regime as they are; what the others hold, regime by regime.
@@ -212,7 +185,7 @@ class BodyOf final : public Body {
     thread_local Batch rows(window);
     const auto each_four = [&](auto&& f) {
       for (std::size_t i = 0; i < order.size(); i += Wide::size()) {
-        Scattered at = some(i, order.size());
+        Scattered at = Scattered::some(i, order.size());
         for (auto& point : at.points) point = order[point];
         f(at, Block{i});
       }
@@ -236,14 +209,6 @@ class BodyOf final : public Body {
       for (std::size_t lane = 0; lane < Wide::size(); ++lane)
         batch.regime[at(lane)] = rows.regime[row(lane)];
     });
-  }
-
-  /// Points begin ... end - 1, of which the last is repeated where they do not fill a register.
-  static Scattered some(std::size_t begin, std::size_t end) {
-    Scattered at;
-    for (std::size_t lane = 0; lane < Wide::size(); ++lane)
-      at.points[lane] = std::min(begin + lane, end - 1);
-    return at;
   }
 
   /// A function of its own: such laws are long, and would else be compiled at every call.

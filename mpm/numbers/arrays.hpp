@@ -2,10 +2,13 @@
 // holds, a block, are one load.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <string>
 #include <type_traits>
 #include <vector>
 
+#include "mpm/numbers/archive.hpp"
 #include "mpm/numbers/tensor.hpp"
 
 namespace grainpair {
@@ -39,6 +42,13 @@ struct Scattered {
   static Scattered one(std::size_t point) {
     Scattered out;
     out.points.fill(point);
+    return out;
+  }
+  /// Points begin ... end - 1, of which the last is repeated where they do not fill a register.
+  static Scattered some(std::size_t begin, std::size_t end) {
+    Scattered out;
+    for (std::size_t lane = 0; lane < out.points.size(); ++lane)
+      out.points[lane] = std::min(begin + lane, end - 1);
     return out;
   }
   std::size_t operator()(std::size_t lane) const { return points[lane]; }
@@ -194,6 +204,15 @@ class Arrays {
     size_ = order.size(), stride_ = stride;
   }
 
+  void archive(const std::string& name, Archive& to) {
+    std::size_t points = size_;
+    to.number(name + "/points", points);
+    resize(points);
+    each([&](std::size_t c) {
+      to.numbers(name + "/" + std::to_string(c), std::span(array(c), size_));
+    });
+  }
+
  private:
   template <template <class> class, class>
   friend class Arrays;
@@ -262,6 +281,9 @@ class ExchangedArrays {
   template <class Order>
   void reorder(const Order& order) {
     is_single_ ? single_.reorder(order) : double_.reorder(order);
+  }
+  void archive(const std::string& name, Archive& to) {
+    is_single_ ? single_.archive(name, to) : double_.archive(name, to);
   }
 
  private:

@@ -99,10 +99,33 @@ std::string host() {
   return name.data();
 }
 
+/// As they are, without packing them anew.
+void copy_frames(const std::string& path, hid_t to) {
+  const auto from = hdf5::open_file(path);
+  const hdf5::Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, "make a property list");
+  H5Pset_create_intermediate_group(links, 1);
+  std::vector<std::string> names;
+  const auto note = [](hid_t, const char* name, const H5L_info_t*, void* out) -> herr_t {
+    static_cast<std::vector<std::string>*>(out)->push_back(fmt::format("data/{}", name));
+    return 0;
+  };
+  H5Literate_by_name(from, "data", H5_INDEX_NAME, H5_ITER_NATIVE, nullptr, note, &names,
+                     H5P_DEFAULT);
+  for (const std::string& name : names)
+    if (H5Ocopy(from, name.c_str(), to, name.c_str(), H5P_DEFAULT, links) < 0)
+      throw hdf5::Error("HDF5: cannot copy " + name);
+}
+
 }  // namespace
 
 Output::Output(Draft& draft, const Case& scene, const Provenance& provenance)
-    : draft_(draft), file_(std::make_unique<hdf5::Handle>(hdf5::create_file(draft.name()))) {
+    : draft_(draft), scene_(scene), provenance_(provenance) {
+  file();
+}
+
+hid_t Output::file() {
+  if (file_) return *file_;
+  file_ = std::make_unique<hdf5::Handle>(hdf5::create_file(draft_.name()));
   const auto write = [&](const char* name, const auto& value) {
     hdf5::write_attribute(*file_, name, value);
   };
@@ -120,21 +143,22 @@ Output::Output(Draft& draft, const Case& scene, const Provenance& provenance)
   write("engine", std::string("mpm"));
   write("engine_version", std::string(GRAINPAIR_COMMIT));
   write("commit", std::string(GRAINPAIR_COMMIT));
-  write("seed", static_cast<int>(provenance.seed));
-  write("case", scene.text());
-  write("case_resolved", scene.resolved());
-  write("contradictions", told(scene.contradictions()));
-  const Stiffness& stiffness = scene.stiffness().continuum;
+  write("seed", static_cast<int>(provenance_.seed));
+  write("case", scene_.text());
+  write("case_resolved", scene_.resolved());
+  write("contradictions", told(scene_.contradictions()));
+  const Stiffness& stiffness = scene_.stiffness().continuum;
   write("stiffness_factor", stiffness.factor);
   write("weight_to_stiffness", stiffness.weight);
   write("softening_error", stiffness.error);
-  write("command", provenance.command);
-  write("threads", provenance.threads);
-  write("time_scale", time_scale(scene));
+  write("command", provenance_.command);
+  write("threads", provenance_.threads);
+  write("time_scale", time_scale(scene_));
+  return *file_;
 }
 
 void Output::frame(const Simulation& simulation, long step, double dt) {
-  const auto group = hdf5::create_group(*file_, fmt::format("data/{}", step));
+  const auto group = hdf5::create_group(file(), fmt::format("data/{}", step));
   hdf5::write_attribute(group, "time", simulation.time());
   hdf5::write_attribute(group, "dt", dt);
   hdf5::write_attribute(group, "timeUnitSI", 1.0);
@@ -180,73 +204,83 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
                                     of(points.contact));
     records.template scalar<double>("conducted", "J/kg", speed_squared, of(points.conducted));
   });
+  hdf5::flush(*file_);
+  has_frames_ = true;
+}
+
+bool Output::close_frames() {
+  if (!std::exchange(has_frames_, false)) return false;
+  file_->finish();
+  file_.reset();
+  return true;
 }
 
 void Output::energies(const Simulation& simulation, const TimeStep& step) {
-  rows_.push_back({simulation.time(), step.dt, simulation.ledger(), static_cast<int>(step.limit)});
+  rows_.push_back(
+      {simulation.time(), step.dt, simulation.ledger(), static_cast<double>(step.limit)});
 }
 
 void Output::warnings(const std::vector<std::string>& lines) {
-  hdf5::write_attribute(*file_, "warnings", told(lines));
+  hdf5::write_attribute(file(), "warnings", told(lines));
+}
+
+void Output::write_history() {
+  const auto group = hdf5::create_group(*file_, "energy");
+  const auto column = [&](const char* name, const char* unit, const char* doc, auto&& value) {
+    std::vector<double> values;
+    for (const Row& row : rows_) values.push_back(value(row));
+    const auto dataset = hdf5::write_dataset<double>(group, name, values);
+    hdf5::write_attribute(dataset, "unit", std::string(unit));
+    hdf5::write_attribute(dataset, "doc", std::string(doc));
+  };
+  const auto account = [&](const char* name, const char* doc, double EnergyLedger::*field) {
+    column(name, "J", doc, [field](const Row& row) { return row.ledger.*field; });
+  };
+  column("time", "s", "time since the release", [](const Row& row) { return row.time; });
+  account("kinetic", "kinetic energy of the points [Ceccato2019, Eq. 18]", &EnergyLedger::kinetic);
+  account("potential", "potential energy, zero at y = 0 [Ceccato2019, Eq. 17]",
+          &EnergyLedger::potential);
+  account("elastic", "elastic energy stored", &EnergyLedger::stored);
+  account("fluctuation", "kinetic energy of velocity fluctuations [Ceccato2019, Eq. 11]",
+          &EnergyLedger::fluctuation);
+  account("dissipated_plastic", "dissipated by plastic flow [Ceccato2019, Eq. 9]",
+          &EnergyLedger::plastic);
+  account("dissipated_regime_4", "dissipated in regime 4, by the collisions of a law",
+          &EnergyLedger::regime_4);
+  account("dissipated_contact", "dissipated by enduring contacts of grains that flow",
+          &EnergyLedger::contact);
+  account("dissipated_wall", "work done on the walls", &EnergyLedger::wall);
+  account("loss_transfer", "numerical: lost between points and grid", &EnergyLedger::transfer);
+  account("loss_time_integration", "numerical: lost by the finite step",
+          &EnergyLedger::time_integration);
+  account("loss_mixing", "numerical: lost where void ratios mix within a cell",
+          &EnergyLedger::mixing);
+  account("loss_detached", "numerical: work of points on motion beyond the volume of their cell",
+          &EnergyLedger::detached);
+  account("loss_conduction", "numerical: made where conduction asks a point for more than it holds",
+          &EnergyLedger::conduction);
+  account("conducted", "fluctuation that conduction has passed from point to point; part of no sum",
+          &EnergyLedger::conducted);
+  column("dissipated", "J", "all physical dissipation",
+         [](const Row& row) { return row.ledger.dissipated(); });
+  column("unaccounted", "J", "sum of the numerical losses",
+         [](const Row& row) { return row.ledger.numerical(); });
+  column("time_step", "s", "time step", [](const Row& row) { return row.time_step; });
+  column("limit", "-", "what limits the step: 1 elastic, 2 critical state, 3 viscous",
+         [](const Row& row) { return row.limit; });
 }
 
 void Output::finish(const std::string& end_reason, const Spent& spent, double wall_seconds,
-                    long steps) {
-  hdf5::write_attribute(*file_, "end_reason", end_reason);
+                    long steps, const std::vector<std::string>& earlier) {
+  for (const std::string& path : earlier) copy_frames(path, file());
+  hdf5::write_attribute(file(), "end_reason", end_reason);
   hdf5::write_attribute(*file_, "cpu_seconds", spent.whole);
   hdf5::write_attribute(*file_, "cpu_seconds_engine", spent.engine);
   hdf5::write_attribute(*file_, "cpu_seconds_output", spent.output);
   hdf5::write_attribute(*file_, "cpu_seconds_setup", spent.setup);
   hdf5::write_attribute(*file_, "wall_seconds", wall_seconds);
   hdf5::write_attribute(*file_, "steps", static_cast<std::int64_t>(steps));
-  {
-    const auto group = hdf5::create_group(*file_, "energy");
-    const auto column = [&](const char* name, const char* unit, const char* doc, auto&& value) {
-      std::vector<double> values;
-      for (const Row& row : rows_) values.push_back(value(row));
-      const auto dataset = hdf5::write_dataset<double>(group, name, values);
-      hdf5::write_attribute(dataset, "unit", std::string(unit));
-      hdf5::write_attribute(dataset, "doc", std::string(doc));
-    };
-    const auto account = [&](const char* name, const char* doc, double EnergyLedger::*field) {
-      column(name, "J", doc, [field](const Row& row) { return row.ledger.*field; });
-    };
-    column("time", "s", "time since the release", [](const Row& row) { return row.time; });
-    account("kinetic", "kinetic energy of the points [Ceccato2019, Eq. 18]",
-            &EnergyLedger::kinetic);
-    account("potential", "potential energy, zero at y = 0 [Ceccato2019, Eq. 17]",
-            &EnergyLedger::potential);
-    account("elastic", "elastic energy stored", &EnergyLedger::stored);
-    account("fluctuation", "kinetic energy of velocity fluctuations [Ceccato2019, Eq. 11]",
-            &EnergyLedger::fluctuation);
-    account("dissipated_plastic", "dissipated by plastic flow [Ceccato2019, Eq. 9]",
-            &EnergyLedger::plastic);
-    account("dissipated_regime_4", "dissipated in regime 4, by the collisions of a law",
-            &EnergyLedger::regime_4);
-    account("dissipated_contact", "dissipated by enduring contacts of grains that flow",
-            &EnergyLedger::contact);
-    account("dissipated_wall", "work done on the walls", &EnergyLedger::wall);
-    account("loss_transfer", "numerical: lost between points and grid", &EnergyLedger::transfer);
-    account("loss_time_integration", "numerical: lost by the finite step",
-            &EnergyLedger::time_integration);
-    account("loss_mixing", "numerical: lost where void ratios mix within a cell",
-            &EnergyLedger::mixing);
-    account("loss_detached", "numerical: work of points on motion beyond the volume of their cell",
-            &EnergyLedger::detached);
-    account("loss_conduction",
-            "numerical: made where conduction asks a point for more than it holds",
-            &EnergyLedger::conduction);
-    account("conducted",
-            "fluctuation that conduction has passed from point to point; part of no sum",
-            &EnergyLedger::conducted);
-    column("dissipated", "J", "all physical dissipation",
-           [](const Row& row) { return row.ledger.dissipated(); });
-    column("unaccounted", "J", "sum of the numerical losses",
-           [](const Row& row) { return row.ledger.numerical(); });
-    column("time_step", "s", "time step", [](const Row& row) { return row.time_step; });
-    column("limit", "-", "what limits the step: 1 elastic, 2 critical state, 3 viscous",
-           [](const Row& row) { return static_cast<double>(row.limit); });
-  }
+  write_history();
   file_->finish();
   draft_.finish();
 }

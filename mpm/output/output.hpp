@@ -31,20 +31,34 @@ class Output {
   /// Nothing appears at the draft's path before finish().
   Output(Draft& draft, const Case& scene, const Provenance& provenance);
 
+  /// The draft can be read up to the last frame if the process is killed (h5clear -s first).
   void frame(const Simulation& simulation, long step, double dt);
   void energies(const Simulation& simulation, const TimeStep& step);
+  /// Closes the draft, if it holds frames, and returns whether it did: it is a file of its own
+  /// then, which may be moved, and further frames begin another.
+  bool close_frames();
   /// What spoiled the result without ending the run; `warnings` of the file's root.
   void warnings(const std::vector<std::string>& lines);
-  void finish(const std::string& end_reason, const Spent& spent, double wall_seconds, long steps);
+  /// `earlier`: files of frames that were closed before, which become part of the result.
+  void finish(const std::string& end_reason, const Spent& spent, double wall_seconds, long steps,
+              const std::vector<std::string>& earlier);
+
+  /// The energy history so far.
+  void archive(Archive& to) { to.structs<double>("energy", rows_); }
 
  private:
   struct Row {
     double time, time_step;
     EnergyLedger ledger;
-    int limit;
+    double limit;
   };
+  hid_t file();  // begun where there is none
+  void write_history();
   Draft& draft_;
+  const Case& scene_;
+  Provenance provenance_;
   std::unique_ptr<hdf5::Handle> file_;
+  bool has_frames_ = false;
   std::vector<Row> rows_;
 };
 

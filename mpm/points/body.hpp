@@ -56,10 +56,17 @@ class Body {
                        PointSums& sums) = 0;
   virtual void advance(MaterialPoints<3>& points, const CellsOfStep& cells, const Strip& strip,
                        PointSums& sums) = 0;
+  /// Throws SolverError where a law could not answer since the last call; a sweep of threads that
+  /// wait for each other cannot.
+  virtual void check() {}
   /// state[i] <- state[order[i]]; called whenever the solver reorders its points.
   virtual void reorder(std::span<const std::uint32_t> order) = 0;
+  /// Every point's state.
+  virtual void archive(Archive& to) = 0;
   /// Whether grains may have a granular temperature, dissipate in regime 4, or be viscous.
   virtual bool fluctuates() const = 0;
+  /// Whether elastic and plastic energy are figures of the law's own.
+  virtual bool tells_energies() const { return true; }
   /// Of granular temperature [Pa s]; 0 for a law without.
   virtual double conductivity(std::size_t point, double void_ratio) const = 0;
   /// Adds to a point's fluctuations, as far as they do not become negative [J/kg]; gives its

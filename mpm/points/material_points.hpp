@@ -80,13 +80,6 @@ struct CellsOfStep {
   GivingCells& pressures;   // of sigma [Pa]
 };
 
-/// A regime's number of each point of a block.
-inline void store_regime(const Wide& from, const Block& block, std::vector<std::int32_t>& regime) {
-  using Four [[gnu::vector_size(16), gnu::aligned(4)]] = std::int32_t;
-  *reinterpret_cast<Four*>(&regime[block.first]) =
-      __builtin_convertvector(lanes(from), LanesOf<std::int32_t, 4>);
-}
-
 template <int Dim>
 class MaterialPoints {
  public:
@@ -141,9 +134,15 @@ class MaterialPoints {
     reorder_field(pressure, order);
     if (!collisional_pressure.empty()) reorder_field(collisional_pressure, order);
     if (!shared_pressure.empty()) reorder_field(shared_pressure, order);
-    velocity_gradient.resize(points.size()), grid_velocity.resize(points.size());
-    volumetric_rate.resize(points.size());
-    if (axisymmetric_) hoop.resize(points.size());
+    resize_of_step();
+  }
+
+  void archive(Archive& to) {
+    points.archive(to);
+    to.list("pressure", pressure), to.list("collisional_pressure", collisional_pressure);
+    to.list("shared_pressure", shared_pressure);
+    to.structure<int>("box_begin", box.begin), to.structure<int>("box_end", box.end);
+    resize_of_step();
   }
 
   bool axisymmetric() const { return axisymmetric_; }
@@ -372,6 +371,13 @@ class MaterialPoints {
   }
 
  private:
+  /// What the grid gives anew in every step.
+  void resize_of_step() {
+    velocity_gradient.resize(points.size()), grid_velocity.resize(points.size());
+    volumetric_rate.resize(points.size());
+    if (axisymmetric_) hoop.resize(points.size());
+  }
+
   /// Mass times specific volume, relative to the solid's, at which a point fills its cell [kg].
   Wide most_solid(const Block& block) const {
     if (axisymmetric_) return most_solid_ * points.x.load(block)[0];

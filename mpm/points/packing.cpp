@@ -11,6 +11,31 @@
 
 namespace grainpair {
 
+namespace {
+
+/// Why these are no packing; empty where they are one.
+std::string fault(const std::vector<double>& x, const std::vector<double>& y,
+                  const std::vector<double>& mass, const std::vector<double>& void_ratio,
+                  const std::vector<SymTensor>& stress) {
+  const auto rises = [](const std::vector<double>& faces) {
+    return faces.size() > 1 &&
+           std::ranges::all_of(faces, [](double f) { return std::isfinite(f); }) &&
+           std::ranges::adjacent_find(faces, std::greater_equal()) == faces.end();
+  };
+  if (!rises(x) || !rises(y)) return "the faces of its cells do not rise";
+  const std::size_t cells = (x.size() - 1) * (y.size() - 1);
+  if (mass.size() != cells || void_ratio.size() != cells || stress.size() != cells)
+    return fmt::format("{} cells, but {} masses, {} void ratios and {} stresses", cells,
+                       mass.size(), void_ratio.size(), stress.size());
+  for (std::size_t i = 0; i < cells; ++i)
+    if (!(mass[i] >= 0.0 && void_ratio[i] > 0.0 && mass[i] + void_ratio[i] < INFINITY &&
+          stress[i].allFinite()))
+      return fmt::format("cell {} has a mass, void ratio or stress that is none", i);
+  return "";
+}
+
+}  // namespace
+
 Packing::Packing(const std::string& path) : path_(path) {
   try {
     const hdf5::Handle file = hdf5::open_file(path);
@@ -22,6 +47,9 @@ Packing::Packing(const std::string& path) : path_(path) {
     constexpr const char* components[] = {"xx", "yy", "zz", "xy", "yz", "zx"};
     for (int c = 0; c < 6; ++c) {
       const auto values = read(std::string("stress_") + components[c]);
+      if (values.size() != mass_.size())
+        throw CaseError(fmt::format("{}: the packing has {} masses, but {} stresses {}", path,
+                                    mass_.size(), values.size(), components[c]));
       for (std::size_t i = 0; i < values.size(); ++i)
         stress_[i][c] = c < 3 ? values[i] : std::numbers::sqrt2 * values[i];
     }
@@ -31,6 +59,8 @@ Packing::Packing(const std::string& path) : path_(path) {
                     "this case, such as dem.h5",
                     path, error.what()));
   }
+  if (const std::string why = fault(x_, y_, mass_, void_ratio_, stress_); !why.empty())
+    throw CaseError(fmt::format("{}: no packing to start from ({})", path, why));
 }
 
 namespace {

@@ -65,6 +65,13 @@ class Occupied {
   const std::vector<double>& mass_;
 };
 
+/// A regime's number of each point of a block.
+inline void store_regime(const Wide& from, const Block& block, std::vector<std::int32_t>& regime) {
+  using Four [[gnu::vector_size(16), gnu::aligned(4)]] = std::int32_t;
+  *reinterpret_cast<Four*>(&regime[block.first]) =
+      __builtin_convertvector(lanes(from), LanesOf<std::int32_t, 4>);
+}
+
 template <int Dim>
 struct Points {
   static constexpr int dimension = Dim;
@@ -114,6 +121,15 @@ struct Points {
     apply(regime_4), apply(contact), apply(conducted), apply(granular_temperature);
     apply(deviatoric_strain), apply(regime), apply(id);
     for (const auto p : order.fillers) mass[p] = 0.0;
+  }
+
+  void archive(Archive& to) {
+    x.archive("x", to), v.archive("v", to), affine.archive("affine", to);
+    sigma.archive("sigma", to);
+    to.list("mass", mass), to.list("void_ratio", void_ratio), to.list("fluctuation", fluctuation);
+    to.list("plastic", plastic), to.list("regime_4", regime_4), to.list("contact", contact);
+    to.list("conducted", conducted), to.list("granular_temperature", granular_temperature);
+    to.list("deviatoric_strain", deviatoric_strain), to.list("regime", regime), to.list("id", id);
   }
 };
 

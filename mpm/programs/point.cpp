@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 
 #include "cases/draft.hpp"
 #include "cases/hdf5.hpp"
@@ -211,18 +210,18 @@ PointHistory drive(const PointPath& path) {
 void write(const PointHistory& history, const PointPath& path, const std::string& file) {
   Draft draft(file);
   if (file.ends_with(".csv")) {
-    std::ofstream out(draft.name());
+    std::string out;
+    const auto to = std::back_inserter(out);
     for (const auto& column : history.columns)
-      out << (&column == &history.columns.front() ? "" : ",") << column.name;
-    out << '\n';
+      fmt::format_to(to, "{}{}", &column == &history.columns.front() ? "" : ",", column.name);
+    out += '\n';
     for (std::size_t row = 0; row < history.columns.front().values.size(); ++row) {
       for (const auto& column : history.columns)
-        out << (&column == &history.columns.front() ? "" : ",")
-            << fmt::format("{:.17g}", column.values[row]);
-      out << '\n';
+        fmt::format_to(to, "{}{:.17g}", &column == &history.columns.front() ? "" : ",",
+                       column.values[row]);
+      out += '\n';
     }
-    out.close();
-    if (!out) throw CaseError(fmt::format("{}: cannot write", file));
+    draft.write(out);
   } else {
     hdf5::Handle out = hdf5::create_file(draft.name());
     hdf5::write_attribute(out, "schema_version", 1);

@@ -19,13 +19,16 @@ int main(int argc, char** argv) {
   try {
     const auto points = grainpair::PointPath::load(path, overrides);
     const auto history = grainpair::drive(points);
-    grainpair::write(history, points, out);
+    grainpair::hdf5::with_room(out, 0.0, [&] { grainpair::write(history, points, out); });
     fmt::print("{}: {} steps, {} changes of regime, {:.0f} ns per update\n", out, history.updates,
                history.regime_switches,
                1e9 * history.update_seconds / static_cast<double>(history.updates));
   } catch (const grainpair::CaseError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 2;
+  } catch (const grainpair::RoomError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 3;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "{}: out of memory ask for fewer steps\n", path);
     return 3;

@@ -6,6 +6,8 @@
 #include <cstdio>
 
 #include "cases/command_line.hpp"
+#include "cases/hdf5.hpp"
+#include "mpm/output/checkpoint.hpp"
 #include "mpm/output/output.hpp"
 #include "mpm/step/cost.hpp"
 #include "mpm/step/simulation.hpp"
@@ -15,6 +17,16 @@
 namespace {
 
 using namespace grainpair;
+
+/// A word of a command line as a shell takes it back.
+std::string quoted(const std::string& word) {
+  constexpr const char* plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789@%+=:,./-_";
+  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? "'\\''" : std::string(1, c);
+  return out + "'";
+}
 
 /// Calls `work`, whose processor time is added to `to` [s].
 void timed(double& to, auto&& work) {
@@ -82,63 +94,131 @@ void print(const Cost& cost) {
       cost.disk);
 }
 
-void run(const Case& scene, const Start& start, const std::string& path,
-         const Provenance& provenance, Progress progress) {
-  for (const std::string& line : scene.contradictions()) fmt::print(stderr, "warning: {}\n", line);
-  refuse_more_than_there_is(estimate(scene), scene);
-  Draft draft(path);
-  const auto wall_start = std::chrono::steady_clock::now();
-  const auto simulation = make_simulation(scene, start);
-  Output output(draft, scene, provenance);
+/// A run as far as it has come.
+class Run {
+ public:
+  Run(const Case& scene, const Start& from)
+      : simulation(make_simulation(scene, from)),
+        tau(time_scale(scene)),
+        watch(watch_over(*simulation, scene)),
+        frames(scene.number("time.frame_interval") * tau),
+        rows(scene.number("time.energy_interval") * tau),
+        begin(simulation->ledger()) {}
 
-  const double tau = time_scale(scene), end = scene.number("time.maximum") * tau;
+  /// All that it goes on from, with the time it has taken.
+  void archive(Archive& to) {
+    simulation->archive(to);
+    watch.archive(to);
+    to.number("next_frame", frames.next), to.number("next_row", rows.next);
+    to.number("next_look", looks.next), to.number("peak", peak), to.number("steps", steps);
+    Spent now = spent_so_far();
+    double wall = wall_so_far();
+    to.structure<double>("spent", now), to.number("wall", wall);
+    spent = now, earlier_whole = now.whole - processor_seconds();
+    earlier_wall += wall - wall_so_far();
+  }
+  Spent spent_so_far() const {
+    Spent out = spent;
+    out.whole = earlier_whole + processor_seconds();
+    return out;
+  }
+  double wall_so_far() const {
+    const std::chrono::duration<double> here = std::chrono::steady_clock::now() - start;
+    return earlier_wall + here.count();
+  }
+
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  std::unique_ptr<Simulation> simulation;
+  double tau;
+  Watch watch;
+  Clock frames, rows, looks{Watch::interval * tau};
+  EnergyLedger begin;
+  double peak = 0.0, earlier_whole = 0.0, earlier_wall = 0.0;
+  long steps = 0;
+  Spent spent;
+};
+
+/// From where it is to its end; what ended it.
+std::string advance(Run& run, const Case& scene, Output& output, Checkpoints& checkpoints,
+                    Progress& progress) {
+  Simulation& simulation = *run.simulation;
+  const double end = scene.number("time.maximum") * run.tau;
   const double rest = scene.number("time.rest_kinetic_energy");
-  Clock frames(scene.number("time.frame_interval") * tau),
-      rows(scene.number("time.energy_interval") * tau), looks(Watch::interval * tau);
   // Above the claimed limit the step is asked for, and runs as long as it does.
   const bool asked_for = scene.number("mpm.time_step_fraction") > 1.0;
-  std::string end_reason = "maximum";
-  double peak = 0.0;
-  long steps = 0;
-  const EnergyLedger begin = simulation->ledger();
-  Watch watch = watch_over(*simulation, scene);
-
-  Spent spent{.setup = processor_seconds()};
-  timed(spent.output, [&] {
-    output.frame(*simulation, 0, 0.0);
-    output.energies(*simulation, {});
-  });
-  while (simulation->time() < end * (1.0 - 1e-12)) {
+  while (simulation.time() < end * (1.0 - 1e-12)) {
     TimeStep step;
     double kinetic = 0.0;
-    timed(spent.engine, [&] {  // with its own watch over itself
-      step = step_towards(*simulation, std::min(frames.next, end),
-                          asked_for ? 1.0 : watch.step_share());
-      ++steps;
-      kinetic = simulation->ledger().kinetic;
-      watch.step(*simulation, steps);
+    timed(run.spent.engine, [&] {  // with its own watch over itself
+      step = step_towards(simulation, std::min(run.frames.next, end),
+                          asked_for ? 1.0 : run.watch.step_share());
+      ++run.steps;
+      kinetic = simulation.ledger().kinetic;
+      run.watch.step(simulation, run.steps);
     });
-    const double time = simulation->time();
-    peak = std::max(peak, kinetic);
-    if (rows.due(time)) timed(spent.output, [&] { output.energies(*simulation, step); });
-    if (looks.due(time)) timed(spent.engine, [&] { watch.points(*simulation); });
+    const double time = simulation.time();
+    run.peak = std::max(run.peak, kinetic);
+    if (run.rows.due(time)) timed(run.spent.output, [&] { output.energies(simulation, step); });
+    if (run.looks.due(time)) timed(run.spent.engine, [&] { run.watch.points(simulation); });
     const bool at_rest =
-        kinetic < rest * peak && time > tau;  // the release itself starts from rest
-    if (frames.due(time) || at_rest)
-      timed(spent.output, [&] { output.frame(*simulation, steps, step.dt); });
-    progress(time / end, fmt::format("t = {:.2f} sqrt(H/g), dt = {:.1e} s", time / tau, step.dt));
-    if (at_rest) {
-      end_reason = "rest";
-      break;
-    }
+        kinetic < rest * run.peak && time > run.tau;  // the release itself starts from rest
+    if (run.frames.due(time) || at_rest)
+      timed(run.spent.output, [&] { output.frame(simulation, run.steps, step.dt); });
+    progress(time / end,
+             fmt::format("t = {:.2f} sqrt(H/g), dt = {:.1e} s", time / run.tau, step.dt));
+    if (at_rest) return "rest";
+    if (checkpoints.due())
+      timed(run.spent.output, [&] {
+        checkpoints.keep(output, run.steps, [&](Archive& to) {
+          run.archive(to);
+          output.archive(to);
+        });
+      });
   }
-  const auto wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - wall_start);
-  const auto warnings = watch.warnings(begin, simulation->ledger());
-  tell(scene, warnings);
-  output.warnings(warnings);
-  spent.whole = processor_seconds();
-  output.finish(end_reason, spent, wall.count(), steps);
-  progress(1.0, end_reason == "rest" ? "at rest" : "time.maximum reached");
+  return "maximum";
+}
+
+void run(const Case& scene, const Start& start, const std::string& path,
+         const Provenance& provenance, Progress progress) {
+  Draft draft(path);
+  Run run(scene, start);
+  Checkpoints checkpoints(draft, scene, [&](Archive& to) { run.simulation->archive(to); });
+  Output output(draft, scene, provenance);
+  run.spent.setup = processor_seconds();
+  const bool goes_on = checkpoints.restore([&](Archive& to) {
+    run.archive(to);
+    output.archive(to);
+  });
+  if (goes_on)
+    fmt::print(stderr, "{}: goes on from t = {:.4g} s\n", path, run.simulation->time());
+  else
+    timed(run.spent.output, [&] {
+      output.frame(*run.simulation, 0, 0.0);
+      output.energies(*run.simulation, {});
+    });
+  try {
+    const std::string end_reason = advance(run, scene, output, checkpoints, progress);
+    const auto warnings = run.watch.warnings(run.begin, run.simulation->ledger());
+    tell(scene, warnings);
+    output.warnings(warnings);
+    output.finish(end_reason, run.spent_so_far(), run.wall_so_far(), run.steps,
+                  checkpoints.frames());
+    checkpoints.remove();
+    progress(1.0, end_reason == "rest" ? "at rest" : "time.maximum reached");
+  } catch (const SolverError&) {  // it would end so again
+    checkpoints.remove();
+    throw;
+  }
+}
+
+/// The same, where there is memory and disk for it.
+void run_if_it_fits(const Case& scene, const Start& start, const std::string& path,
+                    const Provenance& provenance, Progress progress) {
+  for (const std::string& line : scene.contradictions()) fmt::print(stderr, "warning: {}\n", line);
+  const Cost cost = estimate(scene);
+  refuse_more_than_there_is(cost, scene);
+  refuse_lack_of_room(path, cost.disk);
+  hdf5::with_room(path, cost.disk, [&] { run(scene, start, path, provenance, progress); });
 }
 
 }  // namespace
@@ -169,7 +249,7 @@ int main(int argc, char** argv) {
   std::string command;
   for (int i = 0; i < argc; ++i) {
     if (i > 0) command += ' ';
-    command += argv[i];
+    command += quoted(argv[i]);
   }
   try {
     if (only_estimate) {
@@ -178,10 +258,14 @@ int main(int argc, char** argv) {
     }
     Start start{seed};
     if (!packing.empty()) start.packing.emplace(packing);
-    run(Case::load(path, overrides), start, out, {command, seed, threads}, Progress(show_progress));
+    run_if_it_fits(Case::load(path, overrides), start, out, {command, seed, threads},
+                   Progress(show_progress));
   } catch (const CaseError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 2;
+  } catch (const RoomError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 3;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "{}: out of memory choose larger cells, or fewer mpm.points_per_cell\n",
                path);

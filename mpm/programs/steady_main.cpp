@@ -4,6 +4,7 @@
 
 #include "cases/command_line.hpp"
 #include "cases/failure.hpp"
+#include "cases/hdf5.hpp"
 #include "mpm/programs/law_alone.hpp"
 #include "mpm/programs/steady.hpp"
 
@@ -30,10 +31,14 @@ int main(int argc, char** argv) {
     overrides.insert(overrides.begin(), grainpair::law_alone.begin(), grainpair::law_alone.end());
     const auto material = grainpair::Case::load(scene, overrides);
     const auto conditions = grainpair::read_conditions(given);
-    write(steady_shear(material, conditions), conditions, material, out);
+    const auto answers = steady_shear(material, conditions);
+    grainpair::hdf5::with_room(out, 0.0, [&] { write(answers, conditions, material, out); });
   } catch (const grainpair::CaseError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return 2;
+  } catch (const grainpair::RoomError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 3;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "{}: out of memory ask for fewer conditions\n", given);
     return 3;

@@ -108,6 +108,9 @@ Cost estimate(const Case& scene) {
   const double update = 1e-9 * measured("continuum.point_step." + law) *
                         (space ? measured("continuum.space_over_plane") : 1.0);
   out.seconds = out.steps * (measured("continuum.seconds_per_step") + update * points);
+  // A run that is kept half-way is put together at its end from what was kept.
+  const double kept_every = scene.number("output.checkpoint_interval");
+  if (kept_every > 0.0 && out.seconds > kept_every) out.disk = 2.0 * (out.disk + out.bytes);
   return out;
 }
 

@@ -25,9 +25,13 @@ class Simulation {
   virtual void step(double dt) = 0;
   /// The same, and adds up where the time goes.
   virtual void step(double dt, StageTimes& times) = 0;
+  /// All that later steps depend on. A simulation that is put back so goes on to the last bit.
+  virtual void archive(Archive& to) = 0;
   virtual double time() const = 0;
   virtual const EnergyLedger& ledger() const = 0;
   virtual double solid_density() const = 0;  // [kg/m3]
+  /// Whether elastic and plastic energy are figures of the law's own.
+  virtual bool tells_energies() const { return true; }
   /// Position and velocity of the point at place p, with zeros for the axes the grid lacks.
   virtual Vec3 position(std::size_t p) const = 0;
   virtual Vec3 velocity(std::size_t p) const = 0;

@@ -80,10 +80,12 @@ class Solver final : public Simulation {
   }
 
   TimeStep stable_step() const override;
+  void archive(Archive& to) override;
 
   double time() const override { return time_; }
   const EnergyLedger& ledger() const override { return ledger_; }
   double solid_density() const override { return setup_.solid_density; }
+  bool tells_energies() const override { return body_->tells_energies(); }
   Vec3 position(std::size_t p) const override { return padded(points_.x[p]); }
   Vec3 velocity(std::size_t p) const override { return padded(points_.v[p]); }
   double pressure_correction(std::size_t p) const override {
@@ -145,6 +147,7 @@ class Solver final : public Simulation {
   Order in_cell_order(const std::vector<std::uint32_t>& points,
                       const std::vector<std::size_t>& cell);
   void find_active_box(const std::vector<std::uint32_t>& points);
+  void resize_cells();
   void give_pressures_anew();
   void measure_held_energy();
 

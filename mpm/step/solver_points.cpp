@@ -15,6 +15,7 @@ void Solver<D>::update_points(StrainedPoints strained, double dt, Moves moves) {
   material_.begin(dt, moves == Moves::yes);
   for_each_strip(
       [&](std::size_t s) { body_->advance(material_, cells, strips_[s], point_sums_[s]); });
+  body_->check();
   spent_rates_ = ClearingCells(std::move(strained.rates));
   hold_pressures(std::move(strained.pressures));
   const EnergyLedger before = ledger_;

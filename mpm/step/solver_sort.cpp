@@ -158,15 +158,20 @@ void Solver<D>::find_active_box(const std::vector<std::uint32_t>& points) {
   }
 }
 
+/// What the cells of a new box hold in turns.
+template <int D>
+void Solver<D>::resize_cells() {
+  const std::size_t cells = material_.box.cells();
+  spent_rates_.resize(setup_.numerics.averages_rates() ? cells : 0);
+  spent_pressures_.resize(setup_.numerics.averages_pressures() ? cells : 0);
+}
+
 /// To the cells of a new box.
 template <int D>
 void Solver<D>::give_pressures_anew() {
-  const Numerics& numerics = setup_.numerics;
-  const std::size_t cells = material_.box.cells();
-  spent_rates_.resize(numerics.averages_rates() ? cells : 0);
-  spent_pressures_.resize(numerics.averages_pressures() ? cells : 0);
+  resize_cells();
   ClearingCells clearing(std::move(pressures_));
-  clearing.resize(numerics.averages_pressures() ? cells : 0);
+  clearing.resize(setup_.numerics.averages_pressures() ? material_.box.cells() : 0);
   clearing.clear();
   GivingCells pressures(std::move(clearing));
   for_each_strip([&](std::size_t s) {
@@ -201,6 +206,22 @@ TimeStep Solver<D>::stable_step() const {
   out.dt *= setup_.numerics.time_step_fraction;
   if (max_speed_ > 0.0) out.dt = std::min(out.dt, 0.2 * setup_.numerics.h / max_speed_);
   return out;
+}
+
+template <int D>
+void Solver<D>::archive(Archive& to) {
+  material_.archive(to);
+  body_->archive(to);
+  pressures_.archive("pressures", to);
+  to.structs<std::size_t>("strips", strips_), to.list("tops", tops_);
+  to.number("fastest_rate", fastest_.rate), to.number("fastest_point", fastest_.point);
+  auto limit = static_cast<std::int32_t>(fastest_.limit);
+  to.number("fastest_limit", limit);
+  fastest_.limit = static_cast<Limit>(limit);
+  to.number("drift", drift_), to.number("max_speed", max_speed_), to.number("time", time_);
+  to.structure<double>("ledger", ledger_);
+  done_ = std::vector<Milestone>(strips_.size()), sweeps_ = 0;
+  resize_cells();
 }
 
 template class Solver<2>;

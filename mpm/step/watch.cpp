@@ -109,7 +109,8 @@ Watch::Watch(const Simulation& simulation, const Column& column, double cell)
       tau_(std::sqrt(column.height / column.gravity)),
       pressure_(simulation.solid_density() * column.gravity * column.height),
       cell_(cell),
-      last_cell_(column.floor_length - cell) {}
+      last_cell_(column.floor_length - cell),
+      estimated_(!simulation.tells_energies()) {}
 
 void Watch::step(const Simulation& simulation, long steps) {
   const EnergyLedger& now = simulation.ledger();
@@ -161,6 +162,14 @@ void Watch::points(const Simulation& simulation) {
   });
 }
 
+void Watch::archive(Archive& to) {
+  to.number("watch/created", created_), to.number("watch/peak", peak_),
+      to.number("watch/noise", noise_);
+  to.number("watch/roughness", roughness_), to.number("watch/rough_looks", rough_looks_);
+  to.number("watch/tension", tension_), to.number("watch/at_end", at_end_);
+  to.number("watch/halvings", halvings_), to.number("watch/first_halved", first_halved_);
+}
+
 std::vector<std::string> Watch::warnings(const EnergyLedger& begin, const EnergyLedger& end) const {
   std::vector<std::string> out;
   const auto say = [&]<class... Args>(Warning warning, fmt::format_string<Args...> text,
@@ -198,6 +207,11 @@ std::vector<std::string> Watch::warnings(const EnergyLedger& begin, const Energy
     say(Warning::tension,
         "a point pulls with {:.2g} of the column's pressure, beyond the apex of any cone",
         tension_);
+  if (estimated_)
+    say(Warning::estimated,
+        "the law's library tells no energies: elastic energy is that of the stress under its "
+        "moduli of unloading, and the rest of the stress's work counts as plastic (SSE and SPD of "
+        "a UMAT, stored and dissipated of a block)");
   if (at_end_ > most_end)
     say(Warning::end,
         "{:.2g} % of the mass came to the last cell of the floor, which ends in a wall (lengthen "

@@ -35,6 +35,9 @@ class Watch {
   /// fast; gathers warnings.
   void points(const Simulation& simulation);
 
+  /// What it has seen so far.
+  void archive(Archive& to);
+
   /// What spoils the result without ending it, one line each that starts with the warning's name;
   /// the end of the run is the time to ask.
   std::vector<std::string> warnings(const EnergyLedger& begin, const EnergyLedger& end) const;
@@ -44,6 +47,7 @@ class Watch {
   double created_ = 0.0, peak_ = 0.0;
   double noise_ = 0.0, roughness_ = 0.0, tension_ = 0.0, at_end_ = 0.0;
   long rough_looks_ = 0;
+  bool estimated_;  // energies
   int halvings_ = 0;
   double first_halved_ = 0.0;  // [s]
 };

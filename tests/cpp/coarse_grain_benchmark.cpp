@@ -8,7 +8,7 @@
 #include <random>
 
 #include "compare/mapping/coarse_grain.hpp"
-#include "compare/mapping/stencil.hpp"
+#include "compare/mapping/items.hpp"
 
 namespace grainpair {
 namespace {

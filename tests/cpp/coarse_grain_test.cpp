@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <cstring>
+
 #include "compare/mapping/stencil.hpp"
 #include "tests/cpp/coarse_grain_scene.hpp"
 
@@ -281,16 +283,18 @@ TEST(CoarseGrain, ThreadsDoNotChangeABit) {
   const int threads = omp_get_max_threads();
   omp_set_num_threads(1);
   const Fields one = map<2>(c, grid);
-  omp_set_num_threads(3);
-  const Fields three = map<2>(c, grid);
-  omp_set_num_threads(threads);
-  for (const auto& field : one.list) {
-    const auto& other = three[field.name].values;
-    for (std::size_t i = 0; i < other.size(); ++i)
-      ASSERT_TRUE(field.values[i] == other[i] ||
-                  (std::isnan(field.values[i]) && std::isnan(other[i])))
-          << field.name;
+  // Several times each: what a thread allocates lies elsewhere every time.
+  std::string differing;
+  for (int i = 0; i < 12; ++i) {
+    omp_set_num_threads(1 + i % 4);
+    const Fields several = map<2>(c, grid);
+    for (const auto& field : one.list)
+      if (std::memcmp(field.values.data(), several[field.name].values.data(),
+                      field.values.size() * sizeof(double)) != 0)
+        differing += " " + field.name;
   }
+  omp_set_num_threads(threads);
+  EXPECT_EQ(differing, "");
 }
 
 TEST(CoarseGrain, CuttingAtAPlaneSplitsMassAndStressExactly) {

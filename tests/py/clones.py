@@ -18,7 +18,8 @@ def copied(target: Path) -> Path:
         shutil.copytree(ROOT / folder, target / folder, ignore=LEFT_OUT)
     for file in ("grainpair", "CMakeLists.txt", "CMakePresets.json"):
         shutil.copy(ROOT / file, target / file)
-    (target / "packages.txt").write_text("bash\n")
+    for packages in ROOT.glob("packages*.txt"):
+        (target / packages.name).write_text("bash\n")
     return target
 
 

@@ -24,6 +24,7 @@ LAYERS = [
     {"mpm/transfer"},
     {"mpm/points"},
     {"mpm/materials"},
+    {"mpm/external"},
     {"mpm/step"},
     {"mpm/output"},
     {"mpm/programs", "mpm/bench"},

@@ -7,6 +7,7 @@ import re
 import h5py
 import pandas as pd
 import pytest
+from browser import browser  # noqa: F401
 from synthetic import write_pair, write_run
 
 from compare import __main__ as cli
@@ -159,6 +160,17 @@ def test_report_is_one_self_contained_page(folder):
     assert all(
         len(sentence) > 40 for sentence in re.findall(r"<figcaption>(.*?)</figcaption>", page, re.S)
     )
+
+
+@pytest.mark.parametrize("options", [{"width": 1280}, {"width": 390, "dark": True}], ids=str)
+def test_the_report_opens_and_plays(folder, browser, options):  # noqa: F811
+    page = browser.open(folder / "report.html", **options)
+    page.wait("document.querySelector('.player').dataset.ready")
+    page.evaluate("document.querySelector('.player-play').click()")
+    page.wait("document.querySelector('.player').player.drawing.drawn > 5")
+    assert page.errors == [] and page.requests == []
+    player = "document.querySelector('.player')"
+    assert page.evaluate(f"{player}.scrollWidth <= {player}.clientWidth")
 
 
 def test_comparing_again_changes_no_number(folder, metrics):

@@ -157,10 +157,19 @@ def test_refused(tmp_path, text, options, what):
 
 def test_the_last_frame_of_a_table_that_is_cut_short(tmp_path):
     cut = TIMES[: TIMES.index("0.5,1,0") + 5]
-    assert ":5: 2 values instead of 6" in refused(tmp_path, cut)
+    assert ":5: 2 values instead of 6 (cut short?) --skip-incomplete" in refused(tmp_path, cut)
     notes: list[str] = []
     frames = frames_of(tmp_path, cut, incomplete="drop", notes=notes)
-    assert [frame.time for frame in frames] == [0.0] and "dropped" in notes[0]
+    assert [frame.time for frame in frames] == [0.0] and "left out" in notes[0]
+
+
+@pytest.mark.parametrize("missing", [1, 8, 9])
+def test_a_compressed_table_that_is_cut_short(tmp_path, missing):
+    """Whole lines may come out of it all the same: they are not all there were."""
+    packed = gzip.compress(TIMES.encode())[:-missing]
+    assert "--skip-incomplete" in refused(tmp_path, packed)
+    frames = frames_of(tmp_path, packed, incomplete="drop")
+    assert [frame.time for frame in frames] == [0.0, 0.5]
 
 
 @pytest.mark.parametrize(

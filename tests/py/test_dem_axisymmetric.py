@@ -4,7 +4,6 @@ import h5py
 import numpy as np
 import pytest
 
-from compare import __main__ as cli
 from dem_reference.edge import edge
 from dem_reference.run import main
 from dem_reference.void_ratio import quarter_bulk_box, void_ratio
@@ -75,11 +74,6 @@ def test_its_energies_close(run):
     released = energy["potential"][0] - energy["potential"][-1]
     assert np.abs(energy["unaccounted"]).max() < 0.05 * released  # sampled every 40 steps
     assert (energy["fluctuation"] <= energy["kinetic"] + 1e-12).all()
-
-
-def test_it_is_not_compared_in_a_grid_of_x_and_y(run, tmp_path, capsys):
-    assert cli.main(["run", "cases/cylinder", "--out", str(tmp_path / "run"), "--quiet"]) == 2
-    assert "geometry.dimension" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 ELSEWHERE = {"build", "runs", ".git", ".hypothesis", ".mypy_cache", ".pytest_cache", ".snakemake"}
 SOURCE = {".py", ".hpp", ".cpp", ".toml", ".j2", ".in", ".txt", ".cmake", ".yaml", ""}
+SOURCE |= {".c", ".h", ".f90"}
 MADE = {".h5", ".html", ".json", ".pvd", ".vtu", ".csv", ".png"}  # files that runs write
 
 
@@ -81,6 +82,8 @@ def exists(name: str, document: Path) -> bool:
     wanted = pattern(name).strip("/")
     if wanted.startswith("../"):
         return (document.parent / wanted).exists()
+    if document.is_relative_to(ROOT / "docs") and wanted in names_of_files():
+        return True  # pages there speak of the whole clone
     return any(
         next(folder.glob(where + wanted), None) is not None
         for folder, where in ((ROOT, ""), (document.parent, ""), (document.parent, "**/"))
@@ -90,8 +93,9 @@ def exists(name: str, document: Path) -> bool:
 def missing_command(line: str) -> str:
     """What is wrong with a line that calls something of ours; empty where it is right."""
     match line.replace("/usr/bin/", "").split():
-        case ["./grainpair" | "grainpair", command, *_] if re.fullmatch(r"[a-z]\w*", command):
-            if not (ROOT / "compare" / "commands" / f"{command}.py").exists():
+        case ["./grainpair" | "grainpair", command, *_] if re.fullmatch(r"[a-z][\w-]*", command):
+            file = f"{command.replace('-', '_')}.py"
+            if not (ROOT / "compare" / "commands" / file).exists():
                 return f"no command {command}"
         case ["python3", "-m", module, *_] if module not in ("pytest", "black"):
             place = ROOT.joinpath(*module.split("."))
@@ -230,14 +234,17 @@ def test_every_path_that_a_comment_names_exists():
     assert not lost, lost
 
 
-def test_every_command_and_case_has_a_place_in_the_readme():
+def test_every_folder_has_a_place_in_the_readme_and_every_case_in_the_docs():
     readme = (ROOT / "README.md").read_text()
+    listed = (ROOT / "docs" / "reference" / "cases.md").read_text()
     cases = {file.parent.name for file in (ROOT / "cases").glob("*/case.toml")}
-    assert {case for case in cases if f"`{case}`" not in readme} == set()
+    assert {case for case in cases if f"`{case}`" not in listed} == set()
     folders = {f"{file.relative_to(ROOT).parts[0]}/" for file in sources()} & {
         f"{folder.name}/" for folder in ROOT.iterdir() if folder.is_dir() and folder.name[0] != "."
     }
-    assert {folder for folder in folders if f"`{folder}`" not in readme} == set()
+    lost = {one for one in folders if f"`{one}`" not in readme and f"[{one[:-1]}](" not in readme}
+    assert lost == set()
+    assert len(readme.splitlines()) <= 100  # a minute's reading
 
 
 def test_a_name_that_is_gone_is_noticed():

@@ -163,8 +163,11 @@ def test_paraview_draws_it(exported, tmp_path):
         pytest.skip("no screen")
     words = [*screen, "pvbatch", str(script), str(tmp_path / "a.png"), "0.0"]
     around = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    done = subprocess.run(words, capture_output=True, text=True, env=around, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
+    for _ in range(3):  # xvfb-run's screen may be gone again when ParaView asks for it
+        done = subprocess.run(words, capture_output=True, text=True, env=around, check=False)
+        if "X server" not in done.stderr:
+            break
+    assert done.returncode == 0 and not done.stderr, done.stderr
     import matplotlib.image
 
     picture = matplotlib.image.imread(tmp_path / "a.png")[..., :3]

@@ -63,6 +63,7 @@ CLASSES = {
     "refused": "refused",
     "cpu-limit": "timeout",
     "unattainable": "engine failure",
+    "library": "engine failure",
 }
 
 

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from cases.errors import CaseError
+from compare.importing import registry
 from compare.importing.contacts import OTHER_WALL
 from compare.importing.frame import Box, Frame
 from compare.importing.merge import instants
 from compare.importing.options import Options
 from compare.importing.pipeline import convert
-from compare.importing.registry import READERS, Reader
+from compare.importing.registry import Reader
 from compare.importing.spool import Spool
 
 # Two grains that touch, of radii 1 and 3, one that touches the second across the periodic face
@@ -65,7 +66,7 @@ def made(tmp_path, monkeypatch):
     """
 
     def make(grains, touching, **more):
-        readers = dict(READERS)
+        readers = dict(registry.readers())
         monkeypatch.setattr("compare.importing.registry.READERS", readers)
         for name, frames, holds in (("g", grains, "grains"), ("c", touching, "contacts")):
             (tmp_path / name).write_text(name)
@@ -150,6 +151,18 @@ def test_contacts_that_are_told_twice_count_once(made):
     found, notes = made([frame()], [Frame("contacts", {}, 0, contacts=twice)])
     assert len(found["first"]) == 2 and found["force"][:, 0] == pytest.approx([-3.0, -5.0])
     assert any("told twice" in note for note in notes)
+
+
+def test_of_contacts_after_a_restart_the_later_count(made):
+    """Those with walls too, of which a grain may have two with one wall."""
+    wall = {"first": 4.0, "second": -1.0, "fx": 0.0, "fy": 0.0, "fz": 2.0}
+    told = {name: np.append(values, wall[name]) for name, values in columns().items()}
+    before, after = contacts(**told), contacts(**told | {"fz": 2.0 * told["fz"]})
+    found, notes = made([frame()], [before, after])
+    assert found["force"][:, 1] == pytest.approx([1.0, 0.0, 4.0])
+    assert any("the later file's count" in note for note in notes)
+    found, notes = made([frame()], [before])
+    assert found["force"][:, 1] == pytest.approx([0.5, 0.0, 2.0])
 
 
 def test_contacts_of_other_instants_are_refused(made):

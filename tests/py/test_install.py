@@ -126,3 +126,39 @@ def test_a_changed_source_makes_a_build_stale(tmp_path):
     assert not targets.ready(tmp_path, ["all"], targets.sources(tmp_path))
     source.write_text("int b;")
     assert not targets.ready(tmp_path, ["programs"], targets.sources(tmp_path))
+
+
+def test_an_install_leads_to_the_clone(tmp_path):
+    """By CMake's script, as `cmake --install` runs it; then from another folder, by its path."""
+    prefix, home = tmp_path / "usr", tmp_path / "home"
+    home.mkdir()
+    script = ROOT / "compare" / "shell" / "install.cmake"
+    call = ["cmake", f"-DCMAKE_INSTALL_PREFIX={prefix}", "-P", script]
+    assert clones.call(call, tmp_path, HOME=str(home)).returncode == 0
+    shown = clones.call([prefix / "bin" / "grainpair", "--version"], home)
+    assert shown.returncode == 0 and shown.stdout.startswith("grainpair ")
+    assert (prefix / "share" / "man" / "man1" / "grainpair.1").read_text().startswith(".TH")
+    script = prefix / "share" / "bash-completion" / "completions" / "grainpair"
+    assert clones.call(["bash", "-n", script], home).returncode == 0
+    (modules,) = prefix.glob("lib/python3.*/dist-packages")
+    asked = f"import site; site.addsitedir({str(modules)!r}); import grainpair; print(grainpair)"
+    found = clones.call(["/usr/bin/python3", "-c", asked], home, HOME=str(home))
+    assert str(ROOT / "compare" / "python" / "grainpair") in found.stdout, found.stderr
+    again = clones.call(call, tmp_path, HOME=str(home))
+    assert again.returncode == 0  # over an earlier one
+
+
+def test_a_prefix_that_cannot_be_written_is_a_line(tmp_path):
+    (tmp_path / "usr").touch()
+    done = clones.call(module("compare.shell.install", tmp_path / "usr"), tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "cannot be installed to" in done.stderr
+
+
+def test_the_users_own_prefix_has_the_users_own_modules(monkeypatch):
+    from compare.shell import install
+
+    monkeypatch.setattr(install.site, "getuserbase", lambda: "/home/a/.local")
+    monkeypatch.setattr(install.site, "getusersitepackages", lambda: "/home/a/.local/lib/p/s")
+    assert install.modules(Path("/home/a/.local")) == Path("/home/a/.local/lib/p/s")
+    assert install.modules(Path("/usr/local")).name == "dist-packages"

@@ -1,5 +1,7 @@
 """Particles and contacts of MercuryDPM, from files written by hand in the documented layout."""
 
+import gzip
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 from cases.errors import CaseError
 from compare.importing import registry
 from mutations import mutated, read_or_refused
+from tests.fuzz.seeds import FSTAT, PLANE
 
 DATA = """3 0 0 0 0 0.01 0.006 0.02
 0.001 0.002 0.003 0.1 0.2 0.3 0.001 0 0 0 1 2 3 0
@@ -17,21 +20,6 @@ DATA = """3 0 0 0 0 0.01 0.006 0.02
 0.001 0.002 0.0031 0.1 0.2 0.3 0.001 0 0 0 1 2 3 0
 0.0029 0.002 0.0032 -0.1 0 0 0.001 0 0 0 0 0 0 1
 """
-# Grain 0 touches grain 1 (both rows), the wall -1 below it, and, across the face x = 0, grain 2:
-# told once from either side, with the numbers 4 and 3 of their images.
-FSTAT = """# 0 1
-# 0 0 0 0.01 0.006 0.02
-# 0.001 0.001 0 0 0 0
-0 0 1 0.00195 0.002 0.003 1e-4 0 5 2 -1 0 0 0 0 -1
-0 1 0 0.00195 0.002 0.003 1e-4 0 5 2 1 0 0 -0 0 1
-0 0 -1 0.001 0.002 0.002 1e-5 0 7 1 0 0 -1 1 0 0
-0 0 4 0.00045 0.002 0.003 9e-4 0 3 0.5 1 0 0 0 1 0
-0 2 3 0.01045 0.002 0.003 9.000000001e-4 0 3 0.5 -1 0 0 0 -1 0
-# 0.5 1
-# 0 0 0 0.01 0.006 0.02
-# 0.001 0.001 0 0 0 0
-"""
-PLANE = "1 2.5 0 0 1 2\n0.5 0.25 0.1 0.2 0.05 0.3 4 1\n"
 
 
 @pytest.fixture
@@ -128,7 +116,18 @@ def test_cut_short(files, cut, where):
     assert f"{path}{where}" in str(error.value) and "--skip-incomplete" in str(error.value)
     notes: list[str] = []
     kept = frames_of(path, incomplete="drop", notes=notes)
-    assert [frame.time for frame in kept] == [0.0] and "incomplete" in notes[-1]
+    assert [frame.time for frame in kept] == [0.0] and "left out" in notes[-1]
+
+
+@pytest.mark.parametrize("text, name", [(DATA, "chute.data"), (FSTAT, "chute.fstat")])
+def test_a_compressed_file_that_is_cut_short(tmp_path, text, name):
+    path = tmp_path / name
+    path.write_bytes(gzip.compress(text.encode())[:-3])
+    with pytest.raises(CaseError, match="--skip-incomplete"):
+        frames_of(path)
+    notes: list[str] = []
+    assert len(frames_of(path, incomplete="drop", notes=notes)) == 2
+    assert "breaks off" in notes[-1]
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def test_the_launcher_works_in_a_clone_of_an_odd_name(odd, tmp_path):
     assert (shown.returncode, shown.stderr) == (0, "")
     seeds = ["--seeds", "2", "--quiet", "--set", "geometry.thickness=0.003"]
     refused = clones.call([odd / "grainpair", "run", "column_ci", *seeds], tmp_path, **around)
-    assert "less than 2 grain diameters" in refused.stderr, refused.stderr  # a job of Snakemake's
+    assert "less than 2 grain diameters" in refused.stderr, refused.stderr  # a job of an ensemble
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def test_cmake_is_told_a_path_that_it_takes(tmp_path, monkeypatch, name, plain):
     monkeypatch.setattr(targets, "ROOT", clone)
     monkeypatch.delenv("GRAINPAIR_BUILD", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    source, build, *_ = map(targets.Path, targets.plan(["describe"]))
+    _, source, build, *_ = map(targets.Path, targets.plan(["describe"]))
     assert source.resolve() == clone
     assert (source == clone) == plain == build.is_relative_to(clone)
     assert targets.plain(source) and targets.plain(build)

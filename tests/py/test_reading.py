@@ -10,7 +10,7 @@ import h5py
 import pytest
 from synthetic import write_pair
 
-from cases import case, programs
+from cases import case, programs, reading
 from cases.errors import CaseError, EngineError
 from cases.programs import ROOT, program
 from cases.reading import opened
@@ -100,3 +100,14 @@ def test_a_continuum_without_the_account_of_its_regime_is_no_run_of_zero(tmp_pat
         file.move(f"energy/{REGIME}", "energy/dissipated_by_collisions")
     with pytest.raises(CaseError, match=f"energy/{REGIME} is missing .* run the case again"):
         open_run(run)
+
+
+@pytest.mark.parametrize("shape", [float("inf"), float("nan"), "many"])
+def test_a_constant_whose_shape_is_no_number_is_refused(tmp_path, shape):
+    with h5py.File(tmp_path / "file.h5", "w") as file:
+        one = file.create_group("mass")
+        one.attrs["value"], one.attrs["shape"] = 1.0, shape
+        with pytest.raises(CaseError, match="of a shape that is no number"):
+            reading.column(file, "mass")
+        one.attrs["shape"] = [3]
+        assert reading.length(file, "mass") == 3

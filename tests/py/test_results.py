@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -10,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from cases import files, results, scratch
+from cases import files, results, room, scratch
 from cases.errors import CaseError, EngineError
 from cases.programs import ROOT
 from compare import __main__ as cli
@@ -283,11 +282,10 @@ def test_a_place_for_no_results_is_refused_before_an_engine_starts(
 
 def test_no_room_is_refused_before_an_engine_starts(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(run_command, "run_stages", no_engine)
-    usage = shutil.disk_usage(tmp_path)._replace(free=1_000_000)
-    monkeypatch.setattr(results.shutil, "disk_usage", lambda _: usage)
-    assert cli.main(["run", "column_ci", "--quiet", "--out", str(tmp_path / "result")]) == 2
+    monkeypatch.setattr(room, "free", lambda _: 1_000_000)
+    assert cli.main(["run", "column_ci", "--quiet", "--out", str(tmp_path / "result")]) == 3
     line = capsys.readouterr().err
-    assert "MB (1 MB are free there)" in line and line.count("\n") == 1
+    assert "no room (needs about" in line and "MB, 1 MB free)" in line and line.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 

@@ -161,7 +161,7 @@ def test_figures_and_failures_that_a_study_may_name_are_those_there_are():
 
 def test_a_failed_run_is_a_point_and_a_finished_one_is_not_run_again(tmp_path):
     class Options:
-        jobs, profile = 1, None
+        jobs, profile, quiet = 1, None, True
 
     scene = case.load(CI)
     recipes = [
@@ -273,7 +273,7 @@ def test_named_failures_are_detected_and_absent_at_the_defaults():
     """Those that take a second; the whole table is in cases/column_ci/reference/atlas."""
 
     class Options:
-        jobs, profile = 2, None
+        jobs, profile, quiet = 2, None, True
 
     scene = case.load(CI)
     quick = [

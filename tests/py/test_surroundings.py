@@ -65,7 +65,7 @@ def test_the_launcher_and_what_it_starts_are_apart(hostile):
     shown = clones.call([ROOT / "grainpair", "describe", "walls.gate_speed"], folder, **environment)
     assert (shown.returncode, shown.stderr) == (0, "")
     run = [ROOT / "grainpair", "run", CI, "--quiet", "--out", "result", *THIN]
-    for words in (run, [*run, "--seeds", "2"]):  # grains alone, and as jobs of Snakemake
+    for words in (run, [*run, "--seeds", "2"]):  # grains alone, and as jobs beside each other
         refused = clones.call(words, folder, **environment)
         assert SAID in refused.stderr and refused.stderr.count("\n") == 1, refused.stderr
         assert refused.returncode in (2, 3)

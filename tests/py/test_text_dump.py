@@ -1,6 +1,8 @@
 """Text dumps of LAMMPS and LIGGGHTS: what they may hold is read, and what is wrong gets a line."""
 
+import bz2
 import gzip
+import lzma
 import time
 from pathlib import Path
 from typing import Any
@@ -211,7 +213,12 @@ def test_contacts_are_no_grains(written):
     assert "rows of ENTRIES" in refusal(path)
 
 
-PACK: dict[str, Any] = {"gz": gzip.compress, "zst": zstandard.ZstdCompressor().compress}
+PACK: dict[str, Any] = {
+    "gz": gzip.compress,
+    "zst": zstandard.ZstdCompressor().compress,
+    "bz2": bz2.compress,
+    "xz": lzma.compress,
+}
 
 
 @pytest.mark.parametrize("ending", PACK)
@@ -224,10 +231,11 @@ def test_compressed_dumps_are_read_and_cut_ones_seen(written, ending):
     assert [f.step for f in frames(written(twice))] == [10, 20]
     for size in (len(packed) - 1, len(packed) - 5, len(packed) // 2, 40):
         cut = written(packed[:size])
-        assert "cut short" in refusal(cut)
+        assert "cut short" in refusal(cut) and "--skip-incomplete" in refusal(cut)
         options: dict = {"incomplete": "drop"}
         whole = [f.step for f in text_dump.frames(cut, options)]
         assert whole == [10, 20][: len(whole)] and "cut short" in options["notes"][0]
+        assert "--skip" not in options["notes"][0]
         with pytest.raises(CaseError, match="broken compressed stream"):
             with compressed.opened(cut) as stream:
                 stream.read()
@@ -260,7 +268,7 @@ def test_what_was_cut_before_a_restart_is_left_out_on_request(written):
 def test_a_last_line_without_end_is_taken_where_it_cannot_be_cut(written):
     text = instant(["1 1 .1 .2 .3 .05", "2 1 .1 .2 .3 .05"])
     assert len(frames(written(text[:-1]))) == 1
-    assert "end it, if it is whole" in refusal(written(text[:-2]))
+    assert "if it is whole, end it" in refusal(written(text[:-2]))
 
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)

@@ -18,6 +18,7 @@ from cases.errors import CaseError
 from compare.importing.frame import Frame
 from compare.importing.readers import text_dump, vtk_grains
 from compare.importing.registry import reader_of
+from tests.fuzz.seeds import vtk_bytes
 
 LEGACY = """# vtk DataFile Version {version}
 by hand
@@ -123,6 +124,16 @@ def test_what_is_wrong_in_a_legacy_file_is_told(written, old, new, words):
     path = written(text.replace(old, new, 1), "g.vtk")
     message = refusal(path)
     assert message.startswith(str(path)) and words in message
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_signalling_nan_is_none_to_numpy_alone(tmp_path):
+    """No warning of the cast comes beside the line that refuses the grain."""
+    (path := tmp_path / "bytes_3.vtk").write_bytes(
+        vtk_bytes()["bytes_3.vtk"].replace(struct.pack(">f", 5.0), b"\x7f\xa0\x00\x00")
+    )
+    (frame,) = frames(path)
+    assert np.isnan(frame.columns["z"]).tolist() == [False, True]
 
 
 def test_every_cut_of_a_file_is_seen(tmp_path):

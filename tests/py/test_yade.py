@@ -54,7 +54,8 @@ def test_no_ids_is_said(tmp_path):
     [
         ("#format x_y_z_r\n0 0 0 1\n0 0 0\n", ":3: 3 values instead of 4"),
         ("#format x_y_z_r\n0 0 0 1\n0 0 zero 1\n", ":3: 'zero' is no number"),
-        ("#format x_y_z_r\n0 0 0 1\n\n0 0 1 1\n", ":3: a comment or empty line"),
+        ("#format x_y_z_r\n0 0 0 1\n\n# a\n0 0 1\n", ":5: 3 values instead of 4"),
+        ("#format x_y_z_r\n0 0 0 1\n#format x_y_z_r\n0 0 1 1\n", ":3: another export begins"),
         ("#format x_y_z_r_attrs\n0 0 0 1 5\n", ":1: attributes without their names"),
         ("#format x_y_z_r_attrs\n# x y z r vx vy\n0 0 0 1 5\n", ":3: 5 values instead of 6"),
         ("#format x_y_z_r_wrong\n0 0 0 1\n", ":1: format 'x_y_z_r_wrong'"),

@@ -234,7 +234,7 @@ def over_solid_fraction(panels, points: dict, models: dict[str, Law]) -> None:
     nu_dem = np.array(sorted({nu for _, nu in points}))
     even = np.linspace(max(0.05, nu_dem[0] - 0.03), nu_dem[-1], 80)
     near = [model.nu_c + np.array([-3e-4, -1e-4, 0, 1e-4]) for model in models.values()]
-    nu = np.unique(np.concatenate([even, *near]))
+    nu = np.unique(np.concatenate([even, *(one for one in near if np.isfinite(one).all())]))
     views = (
         (lambda s, r: s["pressure"] / (grains.density * (r * grains.diameter) ** 2), "log"),
         (lambda s, r: s["granular_temperature"] / (r * grains.diameter) ** 2, "log"),

@@ -13,11 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from cases.errors import CaseError
+from compare.importing import lines as text
 from compare.importing import rows
 from compare.importing.compressed import opened
 from compare.importing.frame import Box, Frame, note
+from compare.importing.lines import Incomplete, Lines, drop
 from compare.importing.registry import Reader, register
-from compare.importing.rows import Lines
 
 # Columns of a row by the number of words in the frame's head
 COLUMNS = {
@@ -25,9 +26,9 @@ COLUMNS = {
     6: "x y vx vy radius alpha omegaz type".split(),
 }
 CONTACT = 16  # time, i, j, c (3), overlap, tangential, fn, ft, n (3), t (3)
+LARGEST = 2.0**53  # whole numbers up to it are exact
 HASHES = 3  # lines of the head of a frame of contacts
 TWIN = 1e-6  # relative: two images of one contact differ by rounding, other contacts by more
-HINT = "(killed while writing?) --skip-incomplete takes the frames before it"
 
 
 def head_of(line: bytes) -> list[float] | None:
@@ -36,10 +37,12 @@ def head_of(line: bytes) -> list[float] | None:
         values = [float(word) for word in line.split()]
     except ValueError:
         return None
-    whole = len(values) in COLUMNS and values[0] >= 0 and values[0] == int(values[0])
+    if len(values) not in COLUMNS or not all(map(math.isfinite, values)):
+        return None
+    whole = values[0] >= 0 and values[0] == int(values[0])
     size = len(values) // 2 - 1
     ordered = whole and all(a <= b for a, b in zip(values[2 : 2 + size], values[2 + size :]))
-    return values if ordered and all(math.isfinite(v) for v in values) else None
+    return values if ordered else None
 
 
 def recognises_data(path: Path, head: bytes) -> bool:
@@ -56,48 +59,52 @@ def frames_data(path: Path, options: dict) -> Iterator[Frame]:
     is there.
     """
     periodic = periodic_axes(path, options)
-    with rows.lines_of(path) as lines:
-        while lines.peek():
-            if not lines.peek().strip():
-                lines.next()
-                continue
-            frame = data_frame(lines, periodic, options)
-            if frame is None:
-                return
-            yield frame
+    with text.opened(path) as lines:
+        try:
+            while lines.peek():
+                if not lines.peek().strip():
+                    lines.next()
+                    continue
+                yield data_frame(lines, periodic)
+            lines.refuse_cut()
+        except Incomplete as error:
+            drop(error, options)
 
 
-def data_frame(lines: Lines, periodic: np.ndarray, options: dict) -> Frame | None:
-    """The next frame; None where it is incomplete and may be dropped."""
+def data_frame(lines: Lines, periodic: np.ndarray) -> Frame:
+    """The next frame; raises Incomplete where the file ends within it."""
     line = lines.next()
     head = head_of(line)
-    whole = line.endswith(b"\n")
-    if head is None or not whole:
-        if not whole and options.get("incomplete") == "drop":
-            note(options, f"{lines.where}: an incomplete frame was dropped")
-            return None
-        raise CaseError(
-            f"{lines.where}: not the head of a frame (count, time, lower and upper corner) "
-            f"{HINT if not whole else ''}".rstrip()
-        )
-    at, first = lines.where, lines.number + 1
+    if head is None or not lines.ended:
+        told = f"{lines.where()}: not the head of a frame (count, time, lower and upper corner)"
+        raise CaseError(told) if lines.ended else Incomplete(f"{told} (cut short?)")
+    at, first = lines.where(), lines.number + 1
     names, count = COLUMNS[len(head)], int(head[0])
-    block = lines.take(count)
-    if len(block) < count or (block and not block[-1].endswith(b"\n")):
-        if len(block) < count or len(block[-1].split()) < len(names):
-            if options.get("incomplete") == "drop":
-                note(options, f"{at}: an incomplete frame was dropped")
-                return None
-            raise CaseError(f"{at}: {count} particles announced, {len(block)} rows follow {HINT}")
+    block = lines.rows(count)
+    found = lines.number - first + 1
+    if found < count or is_torn(block, len(names)):
+        raise Incomplete(
+            f"{at}: {count} particles announced, {found} rows follow (killed while writing?)"
+        )
     table = rows.numbers(block, len(names), lines.path, first)
+    if len(table) != count:
+        raise CaseError(f"{at}: blank lines among the {count} particles")
     columns = dict(zip(names, table.T)) | {"id": np.arange(1, count + 1)}
     size = len(head) // 2 - 1
     lower, upper = np.array(head[2 : 2 + size]), np.array(head[2 + size :])
     if size == 2:
-        columns |= {"z": np.zeros(count), "vz": np.zeros(count), "omegaz": -columns["omegaz"]}
+        columns |= {name: np.zeros(count) for name in ("z", "vz", "omegax", "omegay")}
+        columns["omegaz"] = -columns["omegaz"]
         lower, upper = np.append(lower, 0.0), np.append(upper, 0.0)
     box = Box(lower, upper, periodic, np.zeros((3, 2), dtype=bool))
     return Frame(at, columns, time=head[1], box=box)
+
+
+def is_torn(block: bytes, width: int) -> bool:
+    """Whether the last row lacks its end and some of its words."""
+    if not block or block.endswith(b"\n"):
+        return False
+    return len(block[block.rfind(b"\n") + 1 :].split()) < width
 
 
 def beside(path: Path, ending: str) -> Path | None:
@@ -120,8 +127,8 @@ def periodic_axes(path: Path, options: dict) -> np.ndarray:
     if restart is None:
         note(
             options,
-            f"{path}: what is periodic is not told in .data and .fstat, and no restart file lies "
-            "beside it: taken as not periodic",
+            "assumed: nothing repeats (.data and .fstat do not tell it, and no restart file lies "
+            "beside them)",
         )
         return axes
     with opened(restart) as file:
@@ -151,7 +158,7 @@ def frames_fstat(path: Path, options: dict) -> Iterator[Frame]:
     data = beside(path, "data")
     grains = frames_data(data, options | {"notes": None}) if data else iter(())
     particles = next(grains, None)
-    with rows.lines_of(path) as lines:
+    with text.opened(path, b"#") as lines:
         for at, time, table in fstat_frames(lines, options):
             while particles is not None and (particles.time or 0.0) < time:
                 particles = next(grains, None)
@@ -161,16 +168,23 @@ def frames_fstat(path: Path, options: dict) -> Iterator[Frame]:
 
 def fstat_frames(lines: Lines, options: dict) -> Iterator[tuple[str, float, np.ndarray]]:
     """Where each frame begins, its time, and its rows as they stand (C, CONTACT)."""
-    while lines.peek():
-        at, time = fstat_head(lines)
-        first, block = lines.number + 1, []
-        while lines.peek() and not lines.peek().startswith(b"#"):
-            block.append(lines.next())
-        if not lines.peek() and block and not block[-1].endswith(b"\n"):
-            if len(block[-1].split()) < CONTACT and options.get("incomplete") == "drop":
-                note(options, f"{at}: an incomplete frame was dropped")
-                return
-        yield at, time, rows.numbers(block, CONTACT, lines.path, first)
+    try:
+        while lines.peek():
+            at, time = fstat_head(lines)
+            first, block = lines.number + 1, lines.rows()
+            if is_torn(block, CONTACT):
+                raise Incomplete(
+                    f"{lines.where()}: the last row lacks words (killed while writing?)"
+                )
+            table = rows.numbers(block, CONTACT, lines.path, first)
+            ids = table[:, 1:3]
+            wrong = np.flatnonzero(((ids != np.trunc(ids)) | (np.abs(ids) > LARGEST)).any(axis=1))
+            if wrong.size:
+                raise CaseError(f"{lines.path}:{first + wrong[0]}: numbers of particles are whole")
+            yield at, time, table
+        lines.refuse_cut()
+    except Incomplete as error:
+        drop(error, options)
 
 
 def fstat_head(lines: Lines) -> tuple[str, float]:
@@ -178,6 +192,8 @@ def fstat_head(lines: Lines) -> tuple[str, float]:
     head = [lines.next() for _ in range(HASHES)]
     at = f"{lines.path}:{max(1, lines.number - HASHES + 1)}"
     words = head[0].split()
+    if not lines.ended or not head[-1]:
+        raise Incomplete(f"{at}: a frame begins here and does not go on (killed while writing?)")
     if any(not line.startswith(b"#") for line in head) or len(words) != 3:
         raise CaseError(f"{at}: three lines that begin with # and a time should stand here")
     return at, rows.number(words[1], at)
@@ -190,7 +206,8 @@ def contacts(table: np.ndarray, particles: Frame | None) -> dict[str, np.ndarray
     old bug", BaseInteraction::writeToFStat), so the sign is turned.
     """
     i, j = table[:, 1].astype(np.int64), table[:, 2].astype(np.int64)
-    force = table[:, 8:9] * table[:, 10:13] + table[:, 9:10] * table[:, 13:16]
+    with np.errstate(invalid="ignore", over="ignore"):  # no number is refused later, with its grain
+        force = table[:, 8:9] * table[:, 10:13] + table[:, 9:10] * table[:, 13:16]
     force[j < 0] *= -1.0
     span = int(max(i.max(initial=0), j.max(initial=0))) + 1
     mirrored = (j >= 0) & np.isin(i * span + j, j * span + i)

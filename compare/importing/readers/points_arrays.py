@@ -25,7 +25,7 @@ def frames(path: Path, options: dict) -> Iterator[Frame]:
     """The one frame of a file; its step is the last number in the file's name."""
     arrays = {}
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with open(path, "rb") as raw, np.load(raw, allow_pickle=False) as file:
             for name in file.files:
                 try:
                     arrays[name] = file[name]
@@ -36,6 +36,9 @@ def frames(path: Path, options: dict) -> Iterator[Frame]:
         ValueError,
         EOFError,
         KeyError,
+        MemoryError,  # of a length that is only said
+        NotImplementedError,
+        RuntimeError,
         zipfile.BadZipFile,
         zlib.error,
     ) as error:

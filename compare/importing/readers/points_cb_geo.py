@@ -3,6 +3,7 @@
 """
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import h5py
@@ -35,15 +36,17 @@ def recognises(path: Path, head: bytes) -> bool:
         return False
 
 
-def table_of(file: h5py.Group) -> dict[str, np.ndarray] | h5py.Dataset | None:
+def table_of(file: h5py.Group) -> dict[str, h5py.Dataset] | h5py.Dataset | None:
     """The records, at the root or a group below it; None if there are none."""
-    places = [file, *(one for one in file.values() if isinstance(one, h5py.Group))]
-    for place in places:
-        for one in place.values():
-            if isinstance(one, h5py.Dataset) and one.dtype.names and NEEDED <= set(one.dtype.names):
+    root = dict(file.items())
+    below = (dict(one.items()) for one in root.values() if isinstance(one, h5py.Group))
+    for place in chain([root], below):
+        columns = {name: one for name, one in place.items() if isinstance(one, h5py.Dataset)}
+        for one in columns.values():
+            if NEEDED <= set(one.dtype.names or ()):
                 return one
-        if NEEDED <= {name for name, one in place.items() if isinstance(one, h5py.Dataset)}:
-            return {name: one for name, one in place.items() if isinstance(one, h5py.Dataset)}
+        if NEEDED <= columns.keys():
+            return columns
     return None
 
 
@@ -56,9 +59,18 @@ def frames(path: Path, options: dict) -> Iterator[Frame]:
         if table is None:
             raise CaseError(f"{path}: no table of particles with coord_x and coord_y")
         names = table.dtype.names if isinstance(table, h5py.Dataset) else table
+        parts = [table] if isinstance(table, h5py.Dataset) else list(table.values())
+        for one in parts:
+            if one.size is not None and one.nbytes > reading.DENSEST * one.id.get_storage_size():
+                raise CaseError(f"{reading.where(one)}: holds less than it says (cut short?)")
         found = {name: np.asarray(table[name][()]) for name in names if name in NAMES}
-        inside = np.asarray(table["status"][()]).astype(bool) if "status" in names else None
+        inside = np.asarray(table["status"][()]) != 0 if "status" in names else None
+        count = len(found["coord_x"])
+    if inside is not None and inside.shape != (count,):
+        raise CaseError(f"{path}: status has shape {inside.shape}, coord_x ({count},)")
     if inside is not None and not inside.all():
+        if any(values.shape != (count,) for values in found.values()):
+            raise CaseError(f"{path}: columns of several lengths")
         found = {name: values[inside] for name, values in found.items()}
         note(options, f"{path}: {(~inside).sum()} points outside the mesh were left out")
     columns = {NAMES[name]: values for name, values in found.items()}

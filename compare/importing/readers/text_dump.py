@@ -59,6 +59,8 @@ def positions(path: Path, instant: Instant, columns: dict) -> dict[str, np.ndarr
         axis for axis in "xyz" if not any(axis + form in columns for form in ("", "u", "s", "su"))
     ]
     if missing:
+        if missing[0] in instant.names:
+            raise CaseError(f"{path}:{instant.header + 1}: {missing[0]} is no number")
         raise CaseError(
             f"{path}:{instant.header}: no column {', '.join(missing)} (has "
             f"{', '.join(instant.names)})"

@@ -16,7 +16,7 @@ from cases.errors import CaseError
 from compare.importing import compressed, vtk_legacy, vtk_xml
 from compare.importing.dump import UNTOLD
 from compare.importing.frame import Box, Frame, note
-from compare.importing.lines import Incomplete
+from compare.importing.lines import Incomplete, drop
 from compare.importing.registry import Reader, register
 from compare.importing.vtk_legacy import Cloud
 
@@ -46,17 +46,19 @@ def frames(path: Path, options: dict) -> Iterator[Frame]:
         listed = None if is_legacy(data) else vtk_xml.collection(path, data)
         alone: list[tuple[float | None, Path]] = [(None, path)]
         for time, file in alone if listed is None else listed:
-            cloud = read(file, content(file) if listed is not None else data)
+            data = content(file) if listed is not None else data
+            cloud = read(file, data)
             if cloud.corners is not None and BOX in file.name:
                 note(options, f"files named …{BOX}… hold the box alone")
+                continue
+            if is_legacy(data) and not cloud.arrays and len(cloud.points):
+                note(options, f"passed over: {file} has no arrays at its points (a mesh?)")
                 continue
             one = frame(file, cloud, options)
             one.time = one.time if time is None else time
             yield one
     except Incomplete as error:
-        if options.get("incomplete") != "drop":
-            raise
-        note(options, f"{error}: left out")
+        drop(error, options)
 
 
 def content(path: Path) -> bytes:
@@ -75,7 +77,7 @@ def read(path: Path, data: bytes) -> Cloud:
 def frame(path: Path, cloud: Cloud, options: dict) -> Frame:
     if cloud.kind.lower().replace("_", "") not in ("polydata", "unstructuredgrid"):
         raise CaseError(f"{path}: {cloud.kind} holds no grains (polydata, unstructured grids do)")
-    columns = dict(zip("xyz", cloud.points.T.astype(np.float64)))
+    columns = dict(zip("xyz", doubles(cloud.points).T))
     for name, values in cloud.arrays.items():
         if len(values) != len(cloud.points):
             raise CaseError(f"{path}: {len(values)} values of {name}, {len(cloud.points)} points")
@@ -101,7 +103,7 @@ def frame(path: Path, cloud: Cloud, options: dict) -> Frame:
 def components(name: str, values: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
     """The columns of an array, by our names where they are known."""
     lower = name.lower().replace(" ", "")
-    values = values.astype(np.float64)
+    values = doubles(values)
     if values.ndim == 1:
         known = SCALARS.get(lower, lower)
         yield known if known in OURS else name, values
@@ -112,6 +114,11 @@ def components(name: str, values: np.ndarray) -> Iterator[tuple[str, np.ndarray]
     else:
         for number, component in enumerate(values.T, start=1):
             yield f"{name}[{number}]", component.copy()
+
+
+def doubles(values: np.ndarray) -> np.ndarray:
+    with np.errstate(invalid="ignore"):  # a signalling NaN is refused later, with its grain
+        return values.astype(np.float64)
 
 
 def step_of(path: Path) -> int | None:

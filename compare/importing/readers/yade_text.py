@@ -9,11 +9,14 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from cases.errors import CaseError
-from compare.importing import headings, rows
+from compare.importing import headings, points, rows
+from compare.importing import lines as text
 from compare.importing.frame import Frame
+from compare.importing.lines import Lines
 from compare.importing.registry import Reader, register
-from compare.importing.rows import Lines
 from compare.importing.headed import numbered
 
 FORMATS = {
@@ -32,23 +35,18 @@ def recognises(path: Path, head: bytes) -> bool:
 
 def frames(path: Path, options: dict) -> Iterator[Frame]:
     """The one frame of a file; its step is the last number in the file's name."""
-    with rows.lines_of(path) as lines:
+    with text.opened(path, b"#") as lines:
         names = names_of(lines, options)
-        first = lines.number + 1
-        block: list[bytes] = []
+        at, parts = lines.number + 1, [np.empty((0, len(names)))]
         while lines.peek():
-            line = lines.next()
-            if line.lstrip().startswith(b"#") or not line.strip():
-                if block:
-                    raise CaseError(f"{lines.where}: a comment or empty line among the spheres")
-                first = lines.number + 1
-            else:
-                block.append(line)
-        table = rows.numbers(block, len(names), path, first)
-    frame = Frame(f"{path}:{first}", dict(zip(names, table.T)))
-    number = re.findall(r"\d+", path.name.partition(".")[0])
-    if number:
-        frame.step = int(number[-1])
+            first, block = lines.number + 1, lines.rows()
+            parts.append(rows.numbers(block, len(names), path, first))
+            while lines.peek().startswith(b"#"):
+                if lines.next().startswith(b"#format"):
+                    raise CaseError(f"{lines.where()}: another export begins here (one a file)")
+        lines.refuse_cut()
+    columns = dict(zip(names, np.concatenate(parts).T))
+    frame = Frame(f"{path}:{at}", columns, points.step_of(path))
     numbered(frame, frame.source, options)
     yield frame
 
@@ -59,7 +57,7 @@ def names_of(lines: Lines, options: dict) -> list[str]:
     given = words[1].decode(errors="replace") if len(words) == 2 else ""
     if given not in FORMATS:
         raise CaseError(
-            f"{lines.where}: format '{given}' (known: {', '.join(FORMATS)}) export spheres with "
+            f"{lines.where()}: format '{given}' (known: {', '.join(FORMATS)}) export spheres with "
             "one of them"
         )
     names, extra = list(FORMATS[given]), None

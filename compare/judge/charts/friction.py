@@ -8,6 +8,7 @@ from compare.judge.charts import NAME, answered, band, binned, curve, each, over
 from compare.judge.charts import styles
 from compare.judge.trial import Trial
 from compare.study.charts import STUDY_STYLE, save
+from compare.study.page import Figure
 
 WORDS = [
     "Effective friction μ_D = s:D/(p γ̇), what the stress does to the flow, in all cells that "
@@ -17,7 +18,7 @@ WORDS = [
 ]
 
 
-def draw(trial: Trial, path: Path) -> tuple[str, list[str], str]:
+def draw(trial: Trial, path: Path) -> Figure:
     look = styles(trial)
     with plt.rc_context(STUDY_STYLE):
         figure, ax = plt.subplots(figsize=(9.0, 5.4), layout="constrained")

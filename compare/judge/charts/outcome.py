@@ -9,6 +9,7 @@ from matplotlib import colormaps
 
 from compare.judge.outcome import HEADLINES, WORDS, Line, regression
 from compare.study.charts import STUDY_STYLE, save
+from compare.study.page import Figure
 
 MARKERS = "osD^vP*X"
 SENTENCES = [
@@ -19,7 +20,7 @@ SENTENCES = [
 ]
 
 
-def draw(table: pd.DataFrame, path: Path) -> tuple[str, list[str], str]:
+def draw(table: pd.DataFrame, path: Path) -> Figure:
     scenes, laws = list(table["scene"].unique()), list(table["law"].unique())
     told = regression(table).set_index("headline")
     tips = {}
@@ -47,6 +48,9 @@ def draw(table: pd.DataFrame, path: Path) -> tuple[str, list[str], str]:
             ax.axvline(0.0, color="#8a8f98", lw=0.7)
             ax.set_title(f"{WORDS[name]}\n{told.loc[name, 'explained']:.0%} explained", fontsize=9)
             ax.set(xlabel="bias of μ_D [%]", ylabel="deviation from the grains [%]")
+        told_in_words = "Share of the deviations that the bias explains: " + ", ".join(
+            f"{WORDS[name]} {told.loc[name, 'explained']:.0%}" for name in HEADLINES
+        )
         marks = [
             plt.Line2D([], [], ls="", marker="o", color=colormaps["tab20"](k % 20), label=law)
             for k, law in enumerate(laws)
@@ -56,4 +60,8 @@ def draw(table: pd.DataFrame, path: Path) -> tuple[str, list[str], str]:
             for k, one in enumerate(scenes)
         ]
         axes[-1].legend(handles=marks, loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=7.5)
-        return "Bias against outcome", list(SENTENCES), save(figure, path, tips)
+        return (
+            "Bias against outcome",
+            list(SENTENCES),
+            save(figure, path, tips, table, told_in_words),
+        )

@@ -10,6 +10,7 @@ from scipy import ndimage
 from compare.judge.charts import NAME, answered
 from compare.judge.trial import Trial
 from compare.study.charts import STUDY_STYLE, save
+from compare.study.page import Figure
 
 TIMES = (0.4, 0.8, 1.2, 2.0)  # sqrt(H/g)
 SMOOTH = 2.0  # cells over which works are summed before they are divided
@@ -19,7 +20,7 @@ WORDS = [
 ]
 
 
-def draw(trial: Trial, path: Path) -> tuple[str, list[str], str]:
+def draw(trial: Trial, path: Path) -> Figure:
     cells = trial.runs[0][-1]
     times = np.unique(cells.tau)
     shown = [times[np.argmin(abs(times - t))] for t in TIMES]

@@ -9,6 +9,7 @@ from compare.judge.charts import NAME, answered, band, binned, curve, each
 from compare.judge.charts import over_inertial_number, styles
 from compare.judge.trial import Trial
 from compare.study.charts import STUDY_STYLE, save
+from compare.study.page import Figure
 
 WORDS = [
     "Left: T/(γ̇d)², geometric means weighted by work; a law's is its own in steady shear at the "
@@ -19,7 +20,7 @@ WORDS = [
 ]
 
 
-def draw(trial: Trial, path: Path) -> tuple[str, list[str], str]:
+def draw(trial: Trial, path: Path) -> Figure:
     look, d = styles(trial), trial.scene["grains.diameter"]
     warm = [law for law in trial.laws if law.held is not None]
     with plt.rc_context(STUDY_STYLE):

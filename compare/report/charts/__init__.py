@@ -11,6 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import matplotlib.pyplot as plt
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from compare.mapping.runs import Run, about_axis
 
 WIDE, NARROW = 10.0, 3.9  # inches
 
@@ -28,7 +31,7 @@ REGISTRY: dict[str, dict[str, Chart]] = {}  # by folder, as a package, and name
 
 def chart(title: str, order: int):
     """Registers `draw(subject, narrow) -> (figure, sentence)`, or None when the runs hold nothing
-    to draw.
+    to draw. A third value says what is to be seen where the figure's own numbers (seen.py) do not.
     """
 
     def register(function):
@@ -48,6 +51,11 @@ def all_charts(folder: str = __name__) -> list[Chart]:
     return sorted(REGISTRY[folder].values(), key=lambda c: c.order)
 
 
+def along(run: Run) -> str:
+    """Label of the axis of places along the flow."""
+    return "$r/R_0$" if about_axis(run.case) else "$x/L_0$"
+
+
 def panels(count: int, narrow: bool, height: float = 3.0, **options):
     """A figure with `count` axes of `height` inches: in a row, or in a column on a narrow page."""
     if narrow:
@@ -64,3 +72,13 @@ def panels(count: int, narrow: bool, height: float = 3.0, **options):
             1, count, figsize=(WIDE, height), squeeze=False, layout="constrained", **options
         )
     return figure, axes.ravel()
+
+
+def ticks(axis, low: float, high: float):
+    """Marks of a logarithmic axis as plain numbers: 1, 2 and 5 of each decade, and in less than a
+    decade and a half 3 besides.
+    """
+    subs = (1.0, 2.0, 3.0, 5.0) if high < 30.0 * low else (1.0, 2.0, 5.0)
+    axis.set_major_locator(LogLocator(subs=subs))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())

@@ -24,7 +24,7 @@ def energies(comparison, narrow):
                     values,
                     color=COLOUR[run.engine],
                     alpha=1.0 if i == 0 else 0.3,
-                    label=LABEL[run.engine] if i == 0 else None,
+                    label=LABEL[run.engine] if i == 0 else f"_{run.name}",
                 )
         ax.set(xlabel="t/√(H/g)", title=label, xlim=(0.0, None))
         ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))

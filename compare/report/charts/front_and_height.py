@@ -11,10 +11,11 @@ def front_and_height(comparison, narrow):
             style = {
                 "color": COLOUR[run.engine],
                 "alpha": 1.0 if i == 0 else 0.3,
-                "label": LABEL[run.engine] if i == 0 else None,
+                "label": LABEL[run.engine] if i == 0 else f"_{run.name}",
             }
             axes[0].plot(run.tau(), front(run, 0.95) / run.length - 1.0, **style)
-            strays = style | {"label": None, "linestyle": ":", "linewidth": 1.0}
+            name = f"_{str(style['label']).lstrip('_')}, 99.5 %"
+            strays = style | {"label": name, "linestyle": ":", "linewidth": 1.0}
             axes[0].plot(run.tau(), front(run) / run.length - 1.0, **strays)
             axes[1].plot(
                 run.tau(),

@@ -27,7 +27,7 @@ def initial_state(comparison, narrow):
             style: dict[str, Any] = {
                 "color": COLOUR[run.engine],
                 "alpha": 1.0 if i == 0 else 0.3,
-                "label": LABEL[run.engine] if i == 0 else None,
+                "label": LABEL[run.engine] if i == 0 else f"_{run.name}",
             }
             y = run.fields.grid.y / run.height
             column = (y > 0.0) & (y < 1.0)
@@ -40,7 +40,7 @@ def initial_state(comparison, narrow):
             axes[1].plot(
                 profile(run, stress[..., 0, 0])[column] / weight,
                 y[column],
-                **{**style, "ls": "--", "label": None},
+                **{**style, "ls": "--", "label": f"_{style['label'].lstrip('_')}, along x"},
             )
     e0 = case["initial.void_ratio"]
     axes[0].set(xlabel="void ratio $e$", ylabel="y/H", xlim=(0.7 * e0, 1.3 * e0), ylim=(0.0, 1.0))

@@ -24,6 +24,7 @@ def map_granular_temperature(comparison, narrow):
         LogNorm(1e-4, 10.0),
         "magma",
         ("mpm", "dem") if both else ("dem",),
+        still=True,
     )
     continuum = (
         "the continuum's is its state variable"
@@ -32,6 +33,6 @@ def map_granular_temperature(comparison, narrow):
     )
     return figure, (
         "Granular temperature: the grains' is measured, the mean square velocity about the local "
-        f"affine flow, corrected for the few grains under the kernel; {continuum}. Values below "
-        "the scale are drawn in its darkest colour."
+        f"affine flow, corrected for the few grains under the kernel; {continuum}. What lies below "
+        "the scale, at rest to the eye, is grey."
     )

@@ -4,6 +4,8 @@ from matplotlib.colors import Normalize
 from compare.report.charts import chart
 from compare.report.charts.maps import draw_maps, instants
 
+REST = 0.02  # of the fastest: what is slower no reader tells from rest on a scale to the fastest
+
 
 @chart("Speed", order=4)
 def map_speed(comparison, narrow):
@@ -19,9 +21,16 @@ def map_speed(comparison, narrow):
         for run, frame in zip(comparison.first, pair)
     )
     figure = draw_maps(
-        comparison, narrow, speed, r"speed $|V|/\sqrt{gH}$", Normalize(0.0, fastest), "cividis"
+        comparison,
+        narrow,
+        speed,
+        r"speed $|V|/\sqrt{gH}$",
+        Normalize(REST * fastest, fastest),
+        "cividis",
+        still=True,
     )
     return (
         figure,
-        "Speed of the mapped velocity (momentum over density), the same kernel on both sides.",
+        "Speed of the mapped velocity (momentum over density), the same kernel on both sides. What "
+        f"is slower than {100 * REST:.0f} % of the scale's upper end is grey.",
     )

@@ -4,9 +4,10 @@ colour scale.
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib import colormaps
 
 from cases.style import LABEL
-from compare.report.charts import NARROW, WIDE
+from compare.report.charts import NARROW, WIDE, along
 from compare.mapping.reductions import bulk_solid_fraction, common_frames, surface
 
 
@@ -29,34 +30,43 @@ def filled(run, frame, values):
     )
 
 
-def draw_maps(comparison, narrow, values, label, norm, cmap, engines=("mpm", "dem")):
-    """values(run, frame) -> (ny, nx); of the runs of `engines` only."""
+def reach(runs, shown) -> tuple[float, float]:
+    """How far and how high the frames `shown` of the runs go [m]."""
+    grid = runs[0].fields.grid
+    highest = max(surface(run, frame).max() for run, frame in zip(runs, shown[0]))
+    last = [
+        grid.x[(run.fields["solid_fraction"][f] > 0.25 * bulk_solid_fraction(run)).any(axis=0)].max(
+            initial=grid.x[0]
+        )
+        for pair in shown
+        for run, f in zip(runs, pair)
+    ]
+    return max(last) + 2 * grid.spacing, 1.12 * max(grid.spacing, highest)
+
+
+STILL = "#d5d8dd"  # of what lies below the scale: a colour map's own end would be a black panel
+
+
+def draw_maps(comparison, narrow, values, label, norm, cmap, engines=("mpm", "dem"), still=False):
+    """values(run, frame) -> (ny, nx); of the runs of `engines` only. `still`: what lies below the
+    scale is at rest, and grey.
+    """
+    cmap = colormaps[cmap].with_extremes(under=STILL) if still else colormaps[cmap]
     chosen = [k for k, run in enumerate(comparison.first) if run.engine in engines]
     shown = [tuple(pair[k] for k in chosen) for pair in instants(comparison)]
     runs = [comparison.first[k] for k in chosen]
     length = runs[0].length
     grid = runs[0].fields.grid
-    top = 1.12 * max(
-        grid.spacing, *(surface(run, frame).max() for run, frame in zip(runs, shown[0]))
-    )
-    far = (
-        max(
-            grid.x[
-                (run.fields["solid_fraction"][f] > 0.25 * bulk_solid_fraction(run)).any(axis=0)
-            ].max(initial=grid.x[0])
-            for pair in shown
-            for run, f in zip(runs, pair)
-        )
-        + 2 * grid.spacing
-    )
+    far, top = reach(runs, shown)
     width = NARROW if narrow else WIDE
     columns = 1 if narrow else len(runs) if len(runs) > 1 else len(shown)
-    panel = (width - 1.0) / columns * top / far + 0.42
+    panel = (width - (1.0 if narrow else 2.2)) / columns * top / far + 0.42
     count = len(runs) * len(shown) // columns
+    flat = narrow or count == 1  # a row of panels is too low for a scale beside it
     figure, axes = plt.subplots(
         count,
         columns,
-        figsize=(width, panel * count + 0.9),
+        figsize=(width, panel * count + (0.9 if flat else 0.5)),
         squeeze=False,
         sharex=True,
         sharey=True,
@@ -68,9 +78,10 @@ def draw_maps(comparison, narrow, values, label, norm, cmap, engines=("mpm", "de
         for a in (grid.x, grid.y)
     ]
     for ax, (run, frame) in zip(axes.ravel(), panels_shown):
-        image = ax.pcolormesh(
-            *edges, filled(run, frame, values(run, frame)), norm=norm, cmap=cmap, rasterized=True
-        )
+        shown_values = filled(run, frame, values(run, frame))
+        image = ax.pcolormesh(*edges, shown_values, norm=norm, cmap=cmap, rasterized=True)
+        if why := empty(shown_values, norm if still else None):
+            ax.text(0.98, 0.92, why, transform=ax.transAxes, ha="right", va="top")
         ax.set(aspect="equal", xlim=(0.0, far / length), ylim=(0.0, top / length))
         ax.grid(False)
         t = run.tau()[frame]
@@ -79,13 +90,25 @@ def draw_maps(comparison, narrow, values, label, norm, cmap, engines=("mpm", "de
     for ax in axes[:, 0]:
         ax.set_ylabel("$y/L_0$")
     for ax in axes[-1]:
-        ax.set_xlabel("$x/L_0$")
+        ax.set_xlabel(along(runs[0]))
     figure.colorbar(
         image,
         ax=axes,
-        location="bottom" if narrow else "right",
+        location="bottom" if flat else "right",
         label=label,
-        shrink=0.9 if narrow else 0.75,
+        shrink=0.9 if narrow else 0.5 if flat else 0.75,
         aspect=30,
+        extend="min" if still else "neither",
     )
     return figure
+
+
+def empty(values, norm) -> str:
+    """Why a panel shows no colour; "" where it shows some. `norm` of a scale with something below
+    it, or None.
+    """
+    known = np.ma.compressed(values)
+    known = known[np.isfinite(known)]
+    if not len(known):
+        return "no value anywhere"
+    return "all below the scale: at rest" if norm and known.max() < norm.vmin else ""

@@ -16,6 +16,7 @@ def width_study(comparison, narrow):
     axes[0].errorbar(
         study.widths, study.means["solid_fraction"], yerr=study.scatter, color=DEM, capsize=2
     )
+    axes[0].lines[0].set_label("_solid fraction")
     axes[0].set(title="solid fraction, mean ± scatter", ylim=(0.0, None))
     for name, label, style in (
         ("granular_temperature_one_step", "one step, uncorrected", ":"),

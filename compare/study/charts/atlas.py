@@ -6,8 +6,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from cases.style import INK
-from compare.study.charts import STUDY_STYLE, save
-from compare.study.atlas import default_of, limit, relaxation_limit
+from compare.report.charts import ticks
+from compare.study.charts import STUDY_STYLE, Picture, save
+from compare.study.atlas import default_of, limit, relaxation_limit, sentences, table
+from compare.study.quantities import label
 
 CLASSES = {
     "ok": ("o", "#2c7a4b"),
@@ -24,12 +26,17 @@ CLASSES = {
 }
 
 
-def draw(planes: list[dict], rows: list[list], scene, path: Path) -> str:
+def draw(planes: list[dict], rows: list[list], scene, path: Path) -> Picture:
     columns = 3
     with plt.rc_context(STUDY_STYLE):
-        lines = len(planes) // columns + 1  # the last panel is the legend's
-        figure, axes = plt.subplots(
-            lines, columns, figsize=(11.0, 3.3 * lines), squeeze=False, layout="constrained"
+        lines = -(-len(planes) // columns)
+        figure, axes = plt.subplots(  # the last line is the legend's
+            lines + 1,
+            columns,
+            figsize=(11.0, 3.0 * lines + 1.0),
+            squeeze=False,
+            layout="constrained",
+            height_ratios=[3.0] * lines + [0.8],
         )
         tips: dict[str, str] = {}
         for n, (ax, plane) in enumerate(zip(axes.ravel(), planes)):
@@ -60,8 +67,13 @@ def draw(planes: list[dict], rows: list[list], scene, path: Path) -> str:
             plt.Line2D([], [], color="#b0367a", ls="-.", label="relaxation of temperature"),
             plt.Line2D([], [], color="#8a8f98", ls=":", label="default"),
         ]
-        axes.ravel()[-1].legend(handles=handles, loc="center", ncols=2, fontsize=8)
-        return save(figure, path, tips)
+        middle = axes[-1, columns // 2]
+        middle.legend(handles=handles, loc="center", ncols=5, fontsize=8.5).set_in_layout(False)
+        words = [
+            f"{plane['name']}: {'; '.join(sentences(plane, found, scene))}."
+            for plane, found in zip(planes, rows)
+        ]
+        return save(figure, path, tips, table(planes, rows, scene), " ".join(words))
 
 
 def draw_runs(ax, plane: dict, rows: list, prefix: str) -> dict[str, str]:
@@ -100,19 +112,23 @@ def draw_limits(ax, plane: dict, rows: list, scene):
     ax.plot(claimed, heights, "--", color="#1f5fa8", lw=1.4, zorder=1)
     ax.plot(relaxation, heights, "-.", color="#b0367a", lw=1.4, zorder=1)
     ax.axvline(default_of(plane, scene), color="#8a8f98", ls=":", lw=1.4, zorder=1)
-    ax.set(xscale="log", title=plane["name"], xlabel=plane["along"].replace("_", " "))
+    ax.set(xscale="log", title=plane["name"], xlabel=label(plane["along"]))
     ax.set_yticks(heights, [f"{value:g}" for value, _ in rows])
-    ax.set_ylabel(plane["across"].replace("_", " "))
+    ax.set_ylabel(label(plane["across"], width=32))
+    ticks(ax.xaxis, *plane["between"])
 
 
-def draw_trends(trends, path: Path) -> str:
+def draw_trends(trends, path: Path) -> Picture:
     """Damping by the numerics over the step, one line per scheme."""
     with plt.rc_context(STUDY_STYLE):
         figure, ax = plt.subplots(figsize=(6.0, 3.4), layout="constrained")
         for name, rows in trends.groupby("trend", sort=False):
             ax.loglog(rows["value"], rows["damping"], "o-", label=name)
         ax.set(
-            xlabel="mpm.time_step_fraction", ylabel="energy lost / ∫ kinetic energy dt  [1/√(H/g)]"
+            xlabel=label(trends["key"].iloc[0]),
+            ylabel="energy lost\n/ ∫ kinetic energy dt [1/√(H/g)]",
         )
+        for axis, values in ((ax.xaxis, trends["value"]), (ax.yaxis, trends["damping"])):
+            ticks(axis, values.min(), values.max())
         ax.legend(fontsize=8)
-        return save(figure, path, {})
+        return save(figure, path, {}, trends.drop(columns="command"))

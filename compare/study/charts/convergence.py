@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from compare.study.charts import STUDY_STYLE, save
+from compare.study.charts import STUDY_STYLE, Picture, save
 
 EXTENT = {
     "run_out_95": ("run-out, 95 %", "#1f5fa8"),
@@ -22,7 +22,7 @@ LOSSES = {
 }
 
 
-def draw(table, path: Path) -> str:
+def draw(table, path: Path) -> Picture:
     names = list(dict.fromkeys(zip(table["group"], table["setting"])))
     rows = {
         name: part.set_index("figure")
@@ -32,7 +32,7 @@ def draw(table, path: Path) -> str:
         figure, (left, right) = plt.subplots(
             1,
             2,
-            figsize=(10.0, 1.2 + 0.42 * len(names)),
+            figsize=(10.0, 1.2 + 0.36 * len(names)),
             layout="constrained",
             sharey=True,
             width_ratios=(3, 2),
@@ -74,7 +74,35 @@ def draw(table, path: Path) -> str:
                 frameon=False,
                 fontsize=9,
             )
-        return save(figure, path, {})
+        return save(figure, path, {}, table, told(table))
+
+
+def told(table) -> str:
+    """Of each measure with a limit the least and the greatest change, and what lies beyond."""
+    judged = table[table["figure"].isin(list(EXTENT)) & table["change"].notna()]
+    judged = judged[judged["change"] != 0.0]
+    said = [
+        f"{EXTENT[name][0]} {', '.join(map(change, ends(rows)))}"
+        for name, rows in judged.groupby("figure", sort=False)
+    ]
+    if not said:
+        return "No change is judged."
+    beyond = judged[judged["verdict"].isin(("differ", "outside margin"))]
+    words = [f"{change(row)}, {EXTENT[row['figure']][0]}" for _, row in beyond.iterrows()]
+    return (
+        f"{len(judged)} changes from each group's first; the least and the greatest: "
+        f"{'; '.join(said)}. "
+        + (f"Beyond their limit: {'; '.join(words)}." if words else "None lies beyond its limit.")
+    )
+
+
+def ends(rows) -> list:
+    """The row of the least change and that of the greatest."""
+    return [rows.loc[rows["change"].idxmin()], rows.loc[rows["change"].idxmax()]]
+
+
+def change(row) -> str:
+    return f"{row['change']:+.1%} ({row['setting']})"
 
 
 def draw_extent(ax, place: int, part, base):

@@ -9,11 +9,13 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from cases.errors import CaseError
 from cases.style import DEM, INK
 from compare.report.charts import panels
-from compare.study.charts import STUDY_STYLE, save
+from compare.study.charts import STUDY_STYLE, Picture, save
 from compare.study.frontier import band, front, grain_cost
 from compare.study.distance import WORDS
 
@@ -23,14 +25,21 @@ LAWS = {
     "lade_duncan": "#1f5fa8",
     "critical_state": "#7b4ea3",
     "solid_fluid": "#b0367a",
-    "contact_share": "#d2691e",
+    "contact_share": "#e0a100",
+    "external": "#3a3f47",
     "linear_elastic": "#8a8f98",
 }
-MARKERS = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "p", "h", "*", "d", "8")
+# Shapes that are told apart at five points: no hexagon or octagon beside a circle, no thin diamond.
+SHAPES = ("o", "s", "^", "v", "D", "P", "X", "<", ">", "p")
+DASHES = ((5, 2), (2, 1.5), (7, 2, 1.5, 2))
+FILLS = ("full", "none", "left")
+# The legend stands below the plot, both as high as they need to be [in].
+COLUMNS, PLOT, ROW = 4, 4.6, 0.19
+MARKERS = [(shape, fill) for fill in FILLS for shape in SHAPES]
 
 
-def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> str:
-    """The chart against the grains' mean; returns its SVG."""
+def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> Picture:
+    """The chart against the grains' mean."""
     with plt.rc_context(STUDY_STYLE):
         figure, (axes,) = panels(1, False, height=5.2)
         shown = told(points, f"error_{name}")
@@ -41,34 +50,17 @@ def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> str:
         handles = whiskers(axes, shown, name, lowest)
         axes.axhspan(lowest, level, color=DEM, alpha=0.10, lw=0)
         if np.isfinite(price := grain_cost(reference)):
-            axes.plot(price, typical, "*", color=DEM, ms=14, mec="white", zorder=5)
-            axes.annotate(
-                "the grains as\nthe case has them",
-                (price, typical),
-                textcoords="offset points",
-                xytext=(-10, 0),
-                color=DEM,
-                ha="right",
-                va="center",
-                fontsize=8.5,
-            )
+            star = {"marker": "*", "color": DEM, "mec": INK, "ms": 14, "ls": "none"}
+            axes.plot(price, typical, zorder=5, **star)
+            handles.append(plt.Line2D([], [], label="the grains as the case has them", **star))
         axes.set_ylim(bottom=lowest)
-        axes.text(
-            0.995,
-            level,
-            "scatter of the grains' seeds ",
-            transform=axes.get_yaxis_transform(),
-            color=DEM,
-            va="bottom",
-            ha="right",
-            fontsize=8.5,
-        )
+        handles.append(Patch(color=DEM, alpha=0.15, lw=0, label="scatter of the grains' seeds"))
         legend(axes, shown, handles)
         finish(axes, top, "error from the grains' mean:", name)
-        return save(figure, path, tips(points, path.stem, f"error_{name}"))
+        return saved(figure, path, points, shown, f"error_{name}")
 
 
-def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
+def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> Picture:
     """The chart against each law's own fine-grid solution; the error of that solution from the
     grains is a line.
     """
@@ -76,24 +68,40 @@ def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> str:
         figure, (axes,) = panels(1, False, height=5.2)
         own = told(points, f"numerical_{name}")
         top = scatter(axes, own[own["engine"] == "mpm"], f"numerical_{name}", path.stem)
-        for i, (_, limit) in enumerate(
-            points[points["fine"] & (points["status"] == "ok")].iterrows()
-        ):
-            axes.axhline(limit[f"error_{name}"], color=LAWS[limit["law"]], ls=(0, (4, 2)), lw=1.2)
-            axes.text(
-                0.998 - 0.33 * (i % 3),
-                limit[f"error_{name}"],
-                f"model error of {limit['law'].replace('_', ' ')}, {limit['card']} "
-                f"({1e3 * float(limit['cell_size']):.3g} mm) ",
-                transform=axes.get_yaxis_transform(),
-                color=LAWS[limit["law"]],
-                va="bottom",
-                ha="right",
-                fontsize=8,
-            )
-        legend(axes, own[own["engine"] == "mpm"])
+        handles = []
+        limits = points[points["fine"] & (points["status"] == "ok")]
+        for i, (_, limit) in enumerate(limits.iterrows()):
+            style = {"color": LAWS[limit["law"]], "ls": (4 * i, DASHES[i % len(DASHES)]), "lw": 1.4}
+            axes.axhline(limit[f"error_{name}"], **style)
+            handles.append(plt.Line2D([], [], label=model_error(limit, name), **style))
+        legend(axes, own[own["engine"] == "mpm"], handles)
         finish(axes, top, "error from the law's fine-grid solution:", name)
-        return save(figure, path, tips(points, path.stem, f"numerical_{name}"))
+        shown = own[own["engine"] == "mpm"]
+        return saved(figure, path, points, shown, f"numerical_{name}")
+
+
+def model_error(limit: pd.Series, name: str) -> str:
+    """What a law's solution on the fine grid is off by from the grains, for the legend."""
+    law, size = limit["law"].replace("_", " "), 1e3 * float(limit["cell_size"])
+    return f"{law}, {limit['card']}, {size:.3g} mm: {limit[f'error_{name}']:.1%} off by its model"
+
+
+def saved(figure, path: Path, points, shown: pd.DataFrame, column: str) -> Picture:
+    """The chart with what each of the `shown` recipes is off by, and in words its front."""
+    good = shown[shown["status"] == "ok"].sort_values("cost")
+    ahead = front(good["cost"].to_numpy(), good[column].to_numpy())
+    steps = "; ".join(
+        f"{row['label']} {row[column]:.1%} off at {row['cost']:.2g} s per √(H/g)"
+        for _, row in good.iloc[ahead].sort_values("cost").iterrows()
+    )
+    alt = (
+        f"{len(good)} recipes and {len(shown) - len(good)} that failed. The front, from cheap to "
+        f"dear: {steps}."
+    )
+    told = ["engine", "series", "label", "law", "status", "cost", "cpu_seconds", column]
+    bar = column.replace("error_", "bar_")
+    told += [bar] if bar != column and bar in shown else []
+    return save(figure, path, tips(points, path.stem, column), shown[told], alt)
 
 
 def told(points: pd.DataFrame, column: str) -> pd.DataFrame:
@@ -117,22 +125,19 @@ def scatter(axes, points: pd.DataFrame, column: str, prefix: str) -> float:
         zorder=1,
     )
     on_front = set(good["key"].iloc[best])
-    for rows, height in ((good, None), (bad, top)):
-        for _, row in rows.iterrows():
-            colour = DEM if row["engine"] == "dem" else LAWS[row["law"]]
-            axes.plot(
-                row["cost"] if height is None else row["cpu_seconds"],
-                row[column] if height is None else height,
-                marker=names[row["series"]] if height is None else "x",
-                color=colour,
-                ms=7 if row["key"] in on_front else 5.5,
-                mec=INK if row["key"] in on_front else ("white" if height is None else colour),
-                mew=1.2 if height else 0.8,
-                ls="none",
-                alpha=1.0 if row["key"] in on_front or height else 0.75,
-                gid=f"{prefix}-{row['key']}",
-                zorder=3,
-            )
+    for _, row in good.iterrows():
+        mark(axes, row, row[column], names[row["series"]], row["key"] in on_front, prefix)
+    for _, row in bad.iterrows():
+        axes.plot(
+            row["cpu_seconds"],
+            top,
+            "x",
+            color=colour(row),
+            ms=5.5,
+            mew=1.2,
+            gid=f"{prefix}-{row['key']}",
+            zorder=3,
+        )
     axes.set(
         xscale="log",
         yscale="log",
@@ -142,31 +147,65 @@ def scatter(axes, points: pd.DataFrame, column: str, prefix: str) -> float:
     return top
 
 
-def markers(points: pd.DataFrame) -> dict[str, str]:
-    """The marker of each series."""
-    return dict(zip(points["series"].unique(), MARKERS * 2))
+def colour(row) -> str:
+    return DEM if row["engine"] == "dem" else LAWS[row["law"]]
+
+
+def look(shape: str, fill: str, shade: str) -> dict:
+    """A marker of one shape and fill in the colour of a law."""
+    return {
+        "marker": shape,
+        "fillstyle": fill,
+        "color": shade,
+        "markerfacecoloralt": "white",
+        "mec": "white" if fill == "full" else shade,
+        "mew": 0.6 if fill == "full" else 1.1,
+        "ls": "none",
+    }
+
+
+def mark(axes, row, height: float, marker: tuple[str, str], ahead: bool, prefix: str):
+    """A run that ended well; on the front it is larger, with its outline in ink behind it."""
+    shape, fill = marker
+    style = look(shape, fill, colour(row)) | {"ms": 7.0 if ahead else 5.5}
+    if fill == "none":
+        style |= {"fillstyle": "full", "mfc": "white"}
+    if ahead:
+        axes.plot(row["cost"], height, shape, color=INK, ms=10.0, mew=0.0, zorder=3)
+    strength = 1.0 if ahead else 0.75
+    gid = f"{prefix}-{row['key']}"
+    axes.plot(row["cost"], height, alpha=strength, gid=gid, zorder=3, **style)
+
+
+def markers(points: pd.DataFrame) -> dict[str, tuple[str, str]]:
+    """The marker of each series, shape and fill, no two alike."""
+    names = list(points["series"].unique())
+    if len(names) > len(MARKERS):
+        raise CaseError(f"study.toml: {len(names)} series in a frontier (at most {len(MARKERS)})")
+    return dict(zip(names, MARKERS))
 
 
 def legend(axes, points: pd.DataFrame, more: Sequence = ()):
     """Series by marker, laws by colour, and `more` handles."""
     handles = [
-        plt.Line2D([], [], ls="none", marker=marker, color="#5d636d", label=name)
+        plt.Line2D([], [], label=name, **look(*marker, "#5d636d"))
         for name, marker in markers(points).items()
     ]
     handles += [
-        plt.Line2D([], [], ls="none", marker="o", color=LAWS[law], label=law.replace("_", " "))
+        Patch(color=LAWS[law], label=law.replace("_", " "))
         for law in LAWS
         if law in set(points["law"])
     ]
-    handles += [plt.Line2D([], [], ls="none", marker="o", color=DEM, label="grains (DEM)")] * int(
-        (points["engine"] == "dem").any()
-    )
+    grains = (points["engine"] == "dem").any()
+    handles += [Patch(color=DEM, label="grains (DEM)")] * int(grains)
     handles += [
         plt.Line2D([], [], ls="none", marker="x", color="#5d636d", label="failed (top edge)")
     ] * int((points["status"] != "ok").any())
-    axes.legend(
-        handles=[*handles, *more], fontsize=7.5, loc="center left", bbox_to_anchor=(1.0, 0.5)
-    )
+    lines = [*handles, *more]
+    rows = -(-len(lines) // COLUMNS)
+    axes.figure.set_figheight(PLOT + ROW * rows)
+    place = {"loc": "upper center", "bbox_to_anchor": (0.47, -0.13)}
+    axes.legend(handles=lines, fontsize=7.5, ncols=COLUMNS, **place)
 
 
 def whiskers(axes, points: pd.DataFrame, name: str, lowest: float) -> list:

@@ -3,12 +3,13 @@
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import pandas as pd
 
 from cases.style import COLOUR, INK
-from compare.study.charts import STUDY_STYLE, save
+from compare.study.charts import STUDY_STYLE, Picture, save
 
 
-def draw(tried: list[dict], stop: int | None, metric: str, tolerance: float, path: Path) -> str:
+def draw(tried: list[dict], stop: int | None, metric: str, tolerance: float, path: Path) -> Picture:
     with plt.rc_context(STUDY_STYLE):
         figure, ax = plt.subplots(figsize=(8.0, 0.6 + 0.36 * len(tried)), layout="constrained")
         ax.axvspan(0.0, tolerance, color="#2c7a4b", alpha=0.10, lw=0)
@@ -31,9 +32,7 @@ def draw(tried: list[dict], stop: int | None, metric: str, tolerance: float, pat
                 mec=INK if i == stop else colour,
                 gid=gid,
             )
-            tips[
-                gid
-            ] = f"{one['rung']}: {one['word']}, {found.difference:.2%} ± {found.half_width:.2%}"
+            tips[gid] = told(one)
         ax.set_yticks(range(len(tried)), [one["rung"] for one in tried])
         ax.set(
             xlabel=f"error from the grains' mean: {metric}",
@@ -41,4 +40,24 @@ def draw(tried: list[dict], stop: int | None, metric: str, tolerance: float, pat
             ylim=(-0.5, len(tried) - 0.5),
         )
         ax.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g} %")
-        return save(figure, path, tips)
+        return save(figure, path, tips, data(tried), "; ".join(map(told, tried)) + ".")
+
+
+def told(one: dict) -> str:
+    found = one["verdict"]
+    if found is None:
+        return f"{one['rung']}: {one['word']}"
+    return f"{one['rung']}: {one['word']}, {found.difference:.2%} ± {found.half_width:.2%} off"
+
+
+def data(tried: list[dict]) -> pd.DataFrame:
+    rows = [
+        {"rung": one["rung"], "verdict": one["word"]}
+        | (
+            {"error": one["verdict"].difference, "half_width": one["verdict"].half_width}
+            if one["verdict"]
+            else {}
+        )
+        for one in tried
+    ]
+    return pd.DataFrame(rows)

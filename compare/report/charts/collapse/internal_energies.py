@@ -22,7 +22,7 @@ def internal_energies(run, narrow):
             ax.plot(tau, 100.0 * run.normalised(name), color=colour, label=label)
         ax.set(xlabel="t/√(H/g)", xlim=(0.0, tau[-1]), ylabel="% of the energy released")
         ax.set_ylim(bottom=0.0)
-        ax.legend(loc="center right" if len(lines) > 2 else "upper right")
+        ax.legend(loc="best")
     axes[0].set_title("all")
     axes[1].set_title("the stored ones alone")
     return figure, (

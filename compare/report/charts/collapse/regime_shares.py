@@ -1,6 +1,6 @@
 import numpy as np
 
-from compare.report.charts import chart, panels
+from compare.report.charts import chart, panels, ticks
 from compare.report.charts.collapse.regimes import COLOURS, WORDS
 from compare.mapping.reductions import first_entries
 
@@ -70,4 +70,5 @@ def draw_entries(ax, run):
         xlim=(0.0, None),
     )
     ax.set_yscale("log")
+    ticks(ax.yaxis, *ax.get_ylim())
     ax.legend(fontsize=8)

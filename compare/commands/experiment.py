@@ -1,0 +1,64 @@
+"""Columns of published aspect ratios: both engines beside what experiments and others measured.
+
+The aspect ratios stand in the table [experiment] of cases/<case>/study.toml, what is published in
+cases/published.toml. Every run is kept in runs/studies/points. Written to --out: experiment.csv,
+experiment.html and the figure.
+"""
+
+import sys
+
+from cases import case, provenance
+from cases.files import write_table
+from cases.lookup import find_case
+from compare.study import experiment, page, published, recipe, sweep
+from compare.study.deposit import DEFINITIONS
+
+
+def arguments(parser):
+    sweep.arguments(parser)
+
+
+def run(options) -> int:
+    from compare.study.charts import experiment as chart  # matplotlib takes its time to load
+
+    scene = case.load(find_case(options.case))
+    columns = experiment.plan(scene, recipe.study(scene, "experiment"))
+    others = published.of(scene["geometry.dimension"])
+    with sweep.prepared(scene, options, "experiment", "experiment.html") as out:
+        tasks = [one.as_json() for column in columns for one in column.recipes]
+        made = iter(sweep.run_tasks(scene, tasks, options, "compare.study.deposit"))
+        found = [[next(made) for _ in column.recipes] for column in columns]
+        table = experiment.table(scene, columns, found, others)
+
+        origin = provenance.about(provenance.typed("./grainpair", sys.argv[1:]))
+        write_table(
+            out / "experiment.csv",
+            provenance.head(
+                origin,
+                "lengths in L0",
+                *(f"{name}: {words}" for name, words in DEFINITIONS.items()),
+            ),
+            table,
+        )
+        drawn = chart.draw(table, others, out / "experiment")
+        page.write(
+            out / "experiment.html",
+            f"Beside what is published: {scene['title']}",
+            origin,
+            [
+                (
+                    "Run-out and height",
+                    [
+                        drawn.alt,
+                        *(f"{name}: {words}." for name, words in DEFINITIONS.items()),
+                        *(f"{one.name}: {one.source}." for one in others),
+                    ],
+                    drawn,
+                )
+            ],
+            {"Every figure": table},
+        )
+        shown = ["aspect_ratio", "figure", "mpm", "numerical", "dem", "deviation", "verdict"]
+        shown += ["published_least", "published_most"]
+        print(table[shown].to_string(index=False, float_format=lambda x: f"{x:.3g}"))
+    return 0

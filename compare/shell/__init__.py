@@ -1,0 +1,1 @@
+"""What a shell and `man` know of the launcher, made of its parsers."""

@@ -1,0 +1,66 @@
+"""Run-out and height over the aspect ratio: both engines, and what is published."""
+
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
+
+from compare.study.charts import STUDY_STYLE, Picture, save
+from compare.study.published import FIGURES, Published
+
+LABELS = {"run_out": "run-out $(L_f - L_0)/L_0$", "height": "height of the deposit $H_f/L_0$"}
+WORDS = {"run_out": "run-out", "height": "height"}
+OURS = {"dem": ("grains", "s", "#c46a1b"), "mpm": ("continuum", "o", "#1f5fa8")}
+OTHERS = (("-", "P"), ("--", "X"), (":", "D"))  # lines and markers of what is published
+
+
+def draw(table: pd.DataFrame, published: list[Published], path: Path) -> Picture:
+    least, most = table["aspect_ratio"].min(), table["aspect_ratio"].max()
+    with plt.rc_context(STUDY_STYLE):
+        figure, axes = plt.subplots(1, 2, figsize=(12.0, 4.2), layout="constrained")
+        for ax, name in zip(axes, FIGURES):
+            for one, (line, marker) in zip(published, OTHERS):
+                for piece in one.laws.get(name, []):
+                    a = np.linspace(max(piece.low, least), max(min(piece.high, most), least), 60)
+                    ax.plot(a, piece(a), line, color="0.35", lw=1.3, label=one.name)
+                if name in one.points:
+                    ax.plot(*one.points[name].T, marker, color="0.35", mfc="none", label=one.name)
+            rows = table[table["figure"] == name]
+            for engine, (word, marker, colour) in OURS.items():
+                bars = rows["numerical"] if engine == "mpm" else rows["deviation"].fillna(0.0)
+                ax.errorbar(
+                    rows["aspect_ratio"],
+                    rows[engine],
+                    yerr=bars,
+                    fmt=marker,
+                    ms=6,
+                    capsize=3,
+                    color=colour,
+                    label=f"{word}, {'numerical error' if engine == 'mpm' else 'scatter'}",
+                )
+            ax.set(xlabel="aspect ratio $a = H/L_0$", ylabel=LABELS[name], ylim=(0.0, None))
+        handles: dict[str, Artist] = {}
+        for ax in axes:
+            for handle, label in zip(*ax.get_legend_handles_labels()):
+                handles.setdefault(label, handle)
+        axes[1].legend(
+            handles.values(),
+            handles.keys(),
+            loc="upper left",
+            bbox_to_anchor=(1.02, 1.0),
+            frameon=False,
+            fontsize=9,
+        )
+        return save(figure, path, {}, table, told(table))
+
+
+def told(table: pd.DataFrame) -> str:
+    """What the picture shows, in words."""
+    parts = [
+        f"a = {row['aspect_ratio']:g}: {WORDS[row['figure']]} {row['mpm']:.2f} of the continuum, "
+        f"{row['dem']:.2f} of the grains, {row['verdict']}"
+        for _, row in table.iterrows()
+    ]
+    return "; ".join(parts) + "."
