@@ -61,7 +61,7 @@ auto Cuboid<Kinematics>::build_with(std::unique_ptr<TransferKernel<dim>> kernel,
   numerics.h = h;
   return std::make_unique<Solver<dim>>(
       SolverSetup<dim>{
-          box, pitch, solid_density, gravity, walls, {}, Kinematics::axisymmetric, numerics},
+          box, pitch, solid_density, gravity, walls, {}, Kinematics::axisymmetric, numerics, period},
       std::move(kernel), std::move(points), std::move(body), initial);
 }
 

@@ -1,0 +1,22 @@
+"""What a scene is, of the table [geometry] of its case: a column that collapses, or a chute."""
+
+from math import cos, radians, sin
+
+
+def is_chute(geometry: dict) -> bool:
+    """Whether a layer flows down a plane; a case that does not say is a collapse."""
+    return geometry.get("scene", "collapse") == "chute"
+
+
+def gravity_of(geometry: dict) -> tuple[float, float]:
+    """Gravity along x and along -y [m/s2]; of a collapse all of it is along -y."""
+    g = geometry["gravity"]
+    if not is_chute(geometry):
+        return 0.0, g
+    angle = radians(geometry["inclination"])
+    return g * sin(angle), g * cos(angle)
+
+
+def floor_length(geometry: dict) -> float:
+    """Of the base [m]: a chute's repeats after its length."""
+    return geometry["length"] if is_chute(geometry) else geometry["floor_length"]
