@@ -2,6 +2,9 @@
 
 from math import cos, radians, sin
 
+from cases.case import Case
+from cases.errors import CaseError
+
 
 def is_chute(geometry: dict) -> bool:
     """Whether a layer flows down a plane; a case that does not say is a collapse."""
@@ -20,3 +23,12 @@ def gravity_of(geometry: dict) -> tuple[float, float]:
 def floor_length(geometry: dict) -> float:
     """Of the base [m]: a chute's repeats after its length."""
     return geometry["length"] if is_chute(geometry) else geometry["floor_length"]
+
+
+def refuse_chute(scene: Case, what: str):
+    """Raises CaseError for a chute where `what` is made of collapses alone."""
+    if is_chute(scene["geometry"]):
+        raise CaseError(
+            f"{scene.path}: geometry.scene is a chute ({what} of collapses, by their run-out and "
+            "deposit) take ./grainpair run, or python3 -m compare.chute.study"
+        )

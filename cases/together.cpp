@@ -21,12 +21,14 @@ void check_chute(const Values& c) {
   only("walls.front_back", "periodic", "it repeats across the flow");
   only("initial.state", "nominal", "no packing of a chute is mapped");
   if (c.word("geometry.dimension") == "axisymmetric")
-    refuse(c.where("geometry.dimension"),
-           "geometry.dimension = \"axisymmetric\" contradicts geometry.scene = \"chute\" (a plane has "
-           "no axis)");
+    refuse(
+        c.where("geometry.dimension"),
+        "geometry.dimension = \"axisymmetric\" contradicts geometry.scene = \"chute\" (a plane has "
+        "no axis)");
   if (c.word("mpm.transfer") == "xpic")
     refuse(c.where("mpm.transfer"),
-           "mpm.transfer = \"xpic\" contradicts geometry.scene = \"chute\" (its sweeps know no period)");
+           "mpm.transfer = \"xpic\" contradicts geometry.scene = \"chute\" (its sweeps know no "
+           "period)");
   if (c.has("geometry.floor_length"))
     refuse(c.where("geometry.floor_length"),
            "geometry.floor_length contradicts geometry.scene = \"chute\" (it repeats after "
@@ -36,10 +38,11 @@ void check_chute(const Values& c) {
   const double h = c.number("mpm.cell_size"), cells = c.number("geometry.length") / h;
   constexpr double fewest = 6.0;  // beside the nodes that repeat (mpm/step/period.hpp)
   if (cells < fewest - 1e-9)
-    refuse(c.where("mpm.cell_size"),
-           "mpm.cell_size = {:g} is more than {:.3g} of geometry.length = {:g} (the period of a chute "
-           "takes {:g} cells)",
-           h, 1.0 / fewest, c.number("geometry.length"), fewest);
+    refuse(
+        c.where("mpm.cell_size"),
+        "mpm.cell_size = {:g} is more than {:.3g} of geometry.length = {:g} (the period of a chute "
+        "takes {:g} cells)",
+        h, 1.0 / fewest, c.number("geometry.length"), fewest);
   if (std::abs(cells - std::round(cells)) > 1e-9 * cells)
     refuse(c.where("geometry.length"),
            "geometry.length = {:g} is no whole number of cells of {:g} (a chute repeats after it). "
@@ -54,8 +57,7 @@ void check_collapse(const Values& c) {
            "geometry.inclination = {:g} without geometry.scene = \"chute\" (a collapse has a level "
            "base)",
            c.number("geometry.inclination"));
-  if (!c.has(end))
-    refuse(c.source, "missing key '{}' ({})", end, find_key(schema(), end)->doc);
+  if (!c.has(end)) refuse(c.source, "missing key '{}' ({})", end, find_key(schema(), end)->doc);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ TRIES = 20000  # a base is full when so many places in a row were taken
 
 
 def rough_base(length: float, width: float, diameter: float, seed: int) -> np.ndarray:
-    """Centres (n, 3) [m] of the glued grains, tops at y = 0 or below, periodic in x and z, by random
+    """Centres (n, 3) [m] of the glued grains, tops at y = 0 or below, periodic in x and z: random
     sequential addition.
     """
     random = np.random.default_rng(seed)

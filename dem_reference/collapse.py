@@ -114,9 +114,7 @@ class Column:
             self.resume(kept, log.parent)
         self.count, self.walls = self.engine.count(), scene.planes(case, self.grains)
         self.periods = scene.periods(case)
-        self.moment = Moment(
-            self.grains, self.plan.dt, self.weight, pull=self.pull, **self.periods
-        )
+        self.moment = Moment(self.grains, self.plan.dt, self.weight, pull=self.pull, **self.periods)
         beyond = geometry["height"] + self.grains.diameter
         speed = walls["gate_speed"]
         self.gate_gone = beyond / speed if walls["gate"] == "lifted" else 0.0  # [s]

@@ -195,8 +195,8 @@ class Moment:
         length: float | None = None,
         pull: float = 0.0,
     ):
-        """dt: time step [s]; gravity along -y and pull along x [m/s2]; thickness and length: periods
-        along z and x [m].
+        """dt: time step [s]; gravity along -y and pull along x [m/s2]; thickness and length:
+        periods along z and x [m].
         """
         names = [name for name, _ in Scene._fields_[:7]]
         values = [getattr(grains, name) for name in names]

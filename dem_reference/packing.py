@@ -131,7 +131,9 @@ class Attempt:
         engine.commands(scene.beginning(case, grains, box, soft))
         engine.commands(scene.material(case, grains, soft, friction))
         engine.commands(scene.glued_atoms(case, grains, seed))
-        engine.commands(scene.bodies(case, grains, level=True) + "\n" + scene.gate(case) + "\n" + pour)
+        engine.commands(
+            scene.bodies(case, grains, level=True) + "\n" + scene.gate(case) + "\n" + pour
+        )
         engine.commands(f"thermo {PIECE}\ntimestep {self.dt:.17g}\nrun 1\nunfix pouring")
         self.poured = self.of_type("grain")
         if self.poured < count:

@@ -104,8 +104,7 @@ def floor_height(case: dict, grains: Grains) -> float:
 
 
 def beyond_floor(x: np.ndarray, case: dict) -> np.ndarray:
-    """Which of the grains at x, (n, 3) [m], have left the floor at its end (n,); a chute's has none.
-    """
+    """Which of the grains at x, (n, 3) [m], left the floor at its end (n,); in a chute none."""
     if chute(case):
         return np.zeros(len(x), bool)
     reach = np.hypot(x[:, 0], x[:, 2]) if axisymmetric(case) else x[:, 0]

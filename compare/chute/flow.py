@@ -25,8 +25,9 @@ LEAST = 1e-12
 class Flow:
     """Figures of one side, and what they are made of.
 
-    y (n,) [m] and columns over it: place [m], solid_fraction, velocity [m/s], shear_rate [1/s], temperature
-    [m2/s2], normal, shear [Pa], weight and drive, what lies above weighs and is pulled by [Pa].
+    y (n,) [m] and columns over it: place [m], solid_fraction, velocity [m/s], shear_rate [1/s],
+    temperature [m2/s2], normal, shear [Pa], weight and drive: what lies above weighs and is pulled
+    by [Pa].
     """
 
     name: str

@@ -31,9 +31,7 @@ def at(inclination: float, inertial: float) -> list[Fact]:
         if "profile" in one:
             out.append(Fact("bagnold", one["profile"], name, source))
         if law := one.get("solid_fraction"):
-            out.append(
-                Fact("solid_fraction", law["loose"] - law["slope"] * inertial, name, source)
-            )
+            out.append(Fact("solid_fraction", law["loose"] - law["slope"] * inertial, name, source))
         if law := one.get("friction"):
             found = inertial_number(inclination, law["static"], law["dynamic"], law["reference"])
             out.append(Fact("inertial_number", found, name, source))

@@ -1,4 +1,4 @@
-"""The comparison of a chute: profiles of both sides, their figures, what is published, and a page."""
+"""The comparison of a chute: profiles of both sides, figures, what is published, and a page."""
 
 import json
 import sys
@@ -62,8 +62,8 @@ def refuse_unlike(found: list[Side]):
             here, there = side.run.case["geometry"][key], first.case["geometry"][key]
             if abs(here - there) > 1e-12 * abs(there):
                 raise CaseError(
-                    f"{side.path}: geometry.{key} = {here} but {there} in {found[0].path} (not runs "
-                    "of one scene)"
+                    f"{side.path}: geometry.{key} = {here} but {there} in {found[0].path} (not "
+                    "runs of one scene)"
                 )
 
 

@@ -20,7 +20,7 @@ from cases.errors import CaseError
 from cases.programs import module, name_of, program
 from cases.scenes import is_chute
 from cases.unfinished import Unfinished
-from compare.chute import words
+from compare.chute import words as of_chute
 from compare.cost import Estimate, estimate, refuse_more_than_there_is, table, tell_if_long
 from compare.verdict import conclusion, siblings
 from dem_reference.content import ensemble_folder, ensemble_key
@@ -143,7 +143,7 @@ def run(options) -> int:
             compared = Stage("comparison", module("compare.report", scratch, "--progress"))
             run_stages([compared], quiet=options.quiet)
     metrics = json.loads((out / "metrics.json").read_text())
-    told = words.lines(metrics) if is_chute(scene["geometry"]) else figures(metrics)
+    told = of_chute.lines(metrics) if is_chute(scene["geometry"]) else figures(metrics)
     print("\n".join([*told, *conclusion.lines(metrics)]))
     for line in conclusion.not_met(metrics, names):
         print(line, file=sys.stderr)

@@ -1,6 +1,6 @@
 // A grid that repeats along x: its cells are those of one period, with some of the neighbouring
-// periods beside them. Points are put back into the period whenever they are sorted and drift out of
-// it by less than a cell until then. What lies beside the period is added to its image within it
+// periods beside them. Points are put back into the period whenever they are sorted and drift out
+// of it by less than a cell until then. What lies beside the period is added to its image within it
 // once points have given, and copied from there before points take; so shape functions, strips and
 // cells know nothing of it.
 #pragma once

@@ -1,4 +1,4 @@
-"""A layer that flows down a plane: its case, its grains, its profiles, from one command to a page."""
+"""A layer that flows down a plane: its case, grains and profiles, from one command to a page."""
 
 import json
 
