@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from string import Template
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def chute(case: dict) -> bool:
     return is_chute(case["geometry"])
 
 
-def periods(case: dict) -> dict[str, float | None]:
+def periods(case: dict) -> dict[str, Any]:
     """Periods along z and x, `thickness` and `length` [m]; None where nothing repeats."""
     geometry = case["geometry"]
     across = case["walls"]["front_back"] == "periodic"

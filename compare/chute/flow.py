@@ -68,7 +68,7 @@ def measure(
         "shear_rate": np.gradient(velocity, y),
         "temperature": temperature,
         "normal": flux[:, 1, 1],
-        "shear": flux[:, 0, 1],
+        "shear": -flux[:, 0, 1],  # compression is positive: what lies below holds back
         "weight": above * gravity[1],
         "drive": above * gravity[0],
     }

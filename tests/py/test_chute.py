@@ -153,7 +153,7 @@ def bagnold_profile(power: float = 1.5, off: float = 1.0) -> Profile:
     stress = np.zeros((len(y), 3, 3))
     base_pressure = RHO * NU * g * left * (y > 0)
     stress[:, 1, 1] = base_pressure * np.cos(angle)
-    stress[:, 0, 1] = stress[:, 1, 0] = off * base_pressure * np.sin(angle)
+    stress[:, 0, 1] = stress[:, 1, 0] = -off * base_pressure * np.sin(angle)
     rate = np.gradient(v, y)
     velocity = np.column_stack([v, 0 * v, 0 * v])
     fields = {
