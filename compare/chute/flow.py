@@ -60,6 +60,8 @@ def measure(
     step = y[1] - y[0]
     velocity = profile["velocity"][:, 0]
     temperature = first_of(profile, "granular_temperature_state", "granular_temperature")
+    if not (temperature > LEAST).any():  # of a law without one
+        temperature = np.full(len(y), nan)
     above = (np.cumsum(rho[::-1])[::-1] - 0.5 * rho) * step  # [kg/m2]
     columns = {
         "place": y,
@@ -86,7 +88,7 @@ def measure(
         bulk,
         state,
         figures_of(columns, core, bulk, depth, halves, gravity, d, solid)
-        | {"mean_velocity": float((rho * velocity).sum() / rho.sum())},
+        | {"mean_velocity": float(profile["momentum"][:, 0].sum() / rho.sum())},
     )
 
 

@@ -28,7 +28,7 @@ from dem_reference.content import ensemble_key
 ANGLES = (24.0, 26.0, 28.0)
 DEPTHS = (8.0, 12.0, 18.0)  # of grains at the case's inclination [d]
 LAWS = {  # with the card that its constants are taken from
-    "drucker_prager": "",
+    "drucker_prager": "dem_mu05",
     "mu_i": "",
     "solid_fluid": "dem_mu05",
     "contact_share": "contact_mu05",
