@@ -7,6 +7,7 @@
 
 #include "cases/failure.hpp"
 #include "cases/stiffness.hpp"
+#include "cases/together.hpp"
 #include "cases/values.hpp"
 
 namespace grainpair {
@@ -29,6 +30,8 @@ class Case {
   std::vector<double> numbers(const std::string& key) const { return values_.numbers(key); }
   bool has(const std::string& key) const { return values_.has(key); }
   const std::string& where(const std::string& key) const { return values_.where(key); }
+  /// Whether a layer flows down a plane, in place of a column that collapses.
+  bool chute() const { return is_chute(values_); }
 
   /// The complete case as TOML, defaults and overrides included, the law's constants not softened;
   /// itself a case file that resolves to the same.

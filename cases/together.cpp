@@ -1,9 +1,70 @@
 // What no single key can tell.
 #include "cases/together.hpp"
 
+#include <cmath>
+
 #include "cases/hints.hpp"
+#include "cases/schema.hpp"
 
 namespace grainpair {
+namespace {
+
+/// A chute has neither gate, left wall nor end, and starts from its nominal state.
+void check_chute(const Values& c) {
+  const auto only = [&](const std::string& key, const std::string& word, const char* why) {
+    if (c.word(key) != word)
+      refuse(c.where(key), "{} = \"{}\" contradicts geometry.scene = \"chute\" ({}; only \"{}\")",
+             key, c.word(key), why, word);
+  };
+  only("walls.left", "smooth", "it repeats along the flow and has no left wall");
+  only("walls.gate", "instantaneous", "it has no gate");
+  only("walls.front_back", "periodic", "it repeats across the flow");
+  only("initial.state", "nominal", "no packing of a chute is mapped");
+  if (c.word("geometry.dimension") == "axisymmetric")
+    refuse(
+        c.where("geometry.dimension"),
+        "geometry.dimension = \"axisymmetric\" contradicts geometry.scene = \"chute\" (a plane has "
+        "no axis)");
+  if (c.word("mpm.transfer") == "xpic")
+    refuse(c.where("mpm.transfer"),
+           "mpm.transfer = \"xpic\" contradicts geometry.scene = \"chute\" (its sweeps know no "
+           "period)");
+  if (c.has("geometry.floor_length"))
+    refuse(c.where("geometry.floor_length"),
+           "geometry.floor_length contradicts geometry.scene = \"chute\" (it repeats after "
+           "geometry.length, and ends nowhere)");
+  if (!c.has("geometry.inclination"))
+    refuse(c.where("geometry.scene"), "missing key 'geometry.inclination' (angle of the chute)");
+  const double h = c.number("mpm.cell_size"), cells = c.number("geometry.length") / h;
+  constexpr double fewest = 6.0;  // beside the nodes that repeat (mpm/step/period.hpp)
+  if (cells < fewest - 1e-9)
+    refuse(
+        c.where("mpm.cell_size"),
+        "mpm.cell_size = {:g} is more than {:.3g} of geometry.length = {:g} (the period of a chute "
+        "takes {:g} cells)",
+        h, 1.0 / fewest, c.number("geometry.length"), fewest);
+  if (std::abs(cells - std::round(cells)) > 1e-9 * cells)
+    refuse(c.where("geometry.length"),
+           "geometry.length = {:g} is no whole number of cells of {:g} (a chute repeats after it). "
+           "Choose mpm.cell_size to divide it.",
+           c.number("geometry.length"), h);
+}
+
+void check_collapse(const Values& c) {
+  const char* end = "geometry.floor_length";
+  if (c.has("geometry.inclination"))
+    refuse(c.where("geometry.inclination"),
+           "geometry.inclination = {:g} without geometry.scene = \"chute\" (a collapse has a level "
+           "base)",
+           c.number("geometry.inclination"));
+  if (!c.has(end)) refuse(c.source, "missing key '{}' ({})", end, find_key(schema(), end)->doc);
+}
+
+}  // namespace
+
+bool is_chute(const Values& scene) {
+  return scene.has("geometry.scene") && scene.word("geometry.scene") == "chute";
+}
 
 void check_scene(const Values& c) {
   const auto where = [&](const std::string& key) { return c.where(key); };
@@ -15,6 +76,8 @@ void check_scene(const Values& c) {
       refuse(where(value), "{} = {:g} contradicts {} = \"{}\" (only \"{}\" has it)", value,
              c.number(value), choice, c.word(choice), with);
   };
+  const bool chute = is_chute(c);
+  chute ? check_chute(c) : check_collapse(c);
   pair("walls.base", "coulomb", "walls.base_friction");
   pair("walls.left", "coulomb", "walls.left_friction");
   pair("walls.gate", "lifted", "walls.gate_speed");
@@ -43,6 +106,7 @@ void check_scene(const Values& c) {
   at_most("geometry.height", 1e4, "grains.diameter", unit_mistake);
   at_most("geometry.length", 1e4, "grains.diameter", unit_mistake);
   at_most("geometry.thickness", 1e4, "grains.diameter", unit_mistake);
+  if (chute) return;
   at_most("geometry.floor_length", 1e4, "mpm.cell_size", unit_mistake);
   if (c.number("geometry.floor_length") <= c.number("geometry.length"))
     refuse(where("geometry.floor_length"),

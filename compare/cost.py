@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from cases import cost
 from cases.case import Case
 from cases.cost import Cost
+from cases.scenes import floor_length
 from compare.verdict.siblings import COARSER
 from dem_reference import cost as grains_cost
 from dem_reference.packing import dict_of
@@ -55,7 +56,7 @@ def comparison() -> dict:
 def estimate(case: Case, seeds: int = 1, siblings: bool = True) -> Estimate:
     """Raises CaseError where an engine refuses the case."""
     geometry, side = case["geometry"], case["compare.spacing"] * case["grains.diameter"]
-    cells = geometry["floor_length"] * geometry["height"] / side**2
+    cells = floor_length(geometry) * geometry["height"] / side**2
     frames = case["time.maximum"] / case["time.frame_interval"] + 1.0
     mapped = 1 + seeds + (2 if siblings else 0)
     fields = comparison()["disk_per_cell"] * mapped * cells * frames

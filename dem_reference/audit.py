@@ -8,6 +8,7 @@ from collections import defaultdict
 
 import numpy as np
 
+from .drive import Drive
 from .moment import Accounts, Moment, fluctuation_energy
 
 DOCS = {
@@ -33,7 +34,8 @@ DOCS = {
     ),
     "dissipated_enduring": ("J", "between grains, by the longer ones"),
     "dissipated": ("J", "sampled dissipation, all of it"),
-    "unaccounted": ("J", "initial energy - held - dissipated"),
+    "driven": ("J", "work of gravity along the slope of a chute since the release"),
+    "unaccounted": ("J", "initial energy + driven - held - dissipated"),
     "time_step": ("s", "of the integration"),
 }
 
@@ -49,16 +51,17 @@ class Audit:
         threshold: float,
         start: Moment,
         radial: bool,
+        drive: Drive | None = None,
     ):
         """interval: between samples [s], one time step if `every_step`; unit: binary contact time
         [s]; threshold: of an enduring contact, in units; start: at the release; radial: whether
-        means depend on the distance from the y axis, not on x.
+        means depend on the distance from the y axis, not on x; drive: of a chute.
         """
         self.interval, self.unit, self.radial = interval, unit, radial
         self.accounts = Accounts(start, interval, every_step, unit, threshold)
         self.rows: dict[str, list[float]] = defaultdict(list)
         self.enduring: list[np.ndarray] = []
-        self.force_error = 0.0
+        self.force_error, self.drive = 0.0, drive
         self.initial, self.dt = start.held.total, start.dt
         self.row(start, 0.0)
 
@@ -70,7 +73,7 @@ class Audit:
             "enduring": np.array(self.enduring),
             "force_error": np.array(self.force_error),
             "initial": np.array(self.initial),
-        }
+        } | (self.drive.state() if self.drive else {})
 
     def take_up(self, kept: dict[str, np.ndarray]) -> None:
         """Goes on with what `state` has told of another audit of the same run."""
@@ -78,11 +81,15 @@ class Audit:
         self.rows = defaultdict(list, zip(self.rows, kept["rows"].tolist()))
         self.enduring = list(kept["enduring"])
         self.force_error, self.initial = float(kept["force_error"]), float(kept["initial"])
+        if self.drive:
+            self.drive.take_up(kept)
 
     def row(self, moment: Moment, time: float) -> None:
         """One line of the history."""
         gone, enduring, self.force_error = self.accounts.row(moment)
         held, pairs = moment.held, gone.normal + gone.tangential
+        driven = {"driven": self.drive.look(moment)} if self.drive else {}
+        given = self.initial + driven.get("driven", 0.0)
         values = {
             "time": time,
             "kinetic": held.kinetic,
@@ -100,9 +107,9 @@ class Audit:
             "dissipated_short": pairs - enduring[1],
             "dissipated_enduring": enduring[1],
             "dissipated": pairs + gone.wall,
-            "unaccounted": self.initial - held.total - (pairs + gone.wall),
+            "unaccounted": given - held.total - (pairs + gone.wall),
             "time_step": self.dt,
-        }
+        } | driven
         for name, value in values.items():
             self.rows[name].append(float(value))
         self.enduring.append(enduring)
@@ -119,4 +126,5 @@ def without_split(rows: dict) -> dict:
         if not name.startswith(("dissipated", "unaccounted"))
     }
     held = kept["kinetic"] + kept["rotational"] + kept["potential"] + kept["elastic"]
-    return kept | {"dissipated": held[0] - held, "unaccounted": np.full(held.size, np.nan)}
+    driven = kept.get("driven", 0.0)
+    return kept | {"dissipated": held[0] + driven - held, "unaccounted": np.full(held.size, np.nan)}

@@ -10,11 +10,13 @@ import numpy as np
 
 from cases import openpmd
 from cases.errors import EngineError, Failure
+from cases.scenes import gravity_of
 
 from . import restart, scene
 from .audit import Audit, without_split
 from .checkpoint import Keeper, Unfinished
 from .contacts import Snapshot
+from .drive import drive_of
 from .engine import Liggghts
 from .grains import Grains, time_step
 from .moment import Moment, planes_of
@@ -98,6 +100,7 @@ class Column:
         """
         self.case, self.grains, self.plan = case, Grains.of(case), Plan.of(case)
         geometry, walls = case["geometry"], case["walls"]
+        self.pull, self.weight = gravity_of(geometry)
         self.engine = Liggghts(log)
         self.lifted = walls["gate"] == "lifted" if kept is None else bool(kept["lifted"])
         if kept is None:
@@ -110,8 +113,8 @@ class Column:
             self.bounds = kept["bounds"]
             self.resume(kept, log.parent)
         self.count, self.walls = self.engine.count(), scene.planes(case, self.grains)
-        self.thickness = geometry["thickness"] if walls["front_back"] == "periodic" else None
-        self.moment = Moment(self.grains, self.plan.dt, geometry["gravity"], self.thickness)
+        self.periods = scene.periods(case)
+        self.moment = Moment(self.grains, self.plan.dt, self.weight, pull=self.pull, **self.periods)
         beyond = geometry["height"] + self.grains.diameter
         speed = walls["gate_speed"]
         self.gate_gone = beyond / speed if walls["gate"] == "lifted" else 0.0  # [s]
@@ -143,16 +146,21 @@ class Column:
 
     def snapshot(self, now: float) -> Snapshot:
         """The same as a copy."""
-        gravity = self.case["geometry"]["gravity"]
-        atoms, rows = self.engine.atoms(), self.engine.contacts()
         return Snapshot(
-            self.grains, atoms, rows, self.plan.dt, gravity, self.thickness, self.standing(now)
+            self.grains,
+            self.engine.atoms(),
+            self.engine.contacts(),
+            self.plan.dt,
+            self.weight,
+            planes=self.standing(now),
+            pull=self.pull,
+            **self.periods,
         )
 
     def kinetic_on_floor(self) -> float:
         """Translational kinetic energy of the moving grains that are still on the floor [J]."""
         mobile = self.engine.integers("type") == scene.TYPES["grain"]
-        mobile &= ~beyond_floor(self.engine.vectors("x"), self.case)
+        mobile &= ~scene.beyond_floor(self.engine.vectors("x"), self.case)
         v = self.engine.vectors("v")[mobile]
         return self.grains.mass / 2 * float((v * v).sum())
 
@@ -339,6 +347,7 @@ def audit_of(case: dict, column: Column) -> Audit:
         case["dem"]["lifetime_threshold"],
         column.look(0.0),
         scene.axisymmetric(case),
+        drive_of(case, column.grains),
     )
 
 
@@ -349,12 +358,6 @@ def write_history(result: Result, audit: Audit, sampled: bool) -> None:
     audit.accounts.finish()
     result.history(audit.rows)
     result.lifetimes(audit)
-
-
-def beyond_floor(x: np.ndarray, case: dict) -> np.ndarray:
-    """Which of the grains at x, (n, 3) [m], have left the floor at its end (n,)."""
-    reach = np.hypot(x[:, 0], x[:, 2]) if scene.axisymmetric(case) else x[:, 0]
-    return reach > case["geometry"]["floor_length"]
 
 
 def finish(
@@ -369,7 +372,7 @@ def finish(
 ) -> None:
     """Puts into a result its packing and what is known only at the end."""
     result.packing(packing / "packing.h5")
-    beyond = beyond_floor(shot.atoms["x"][shot.mobile], case)
+    beyond = scene.beyond_floor(shot.atoms["x"][shot.mobile], case)
     openpmd.describe(
         result.file,
         end_reason=reason,

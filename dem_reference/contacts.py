@@ -24,13 +24,17 @@ class Snapshot:
     atoms: dict
     rows: np.ndarray
     dt: float  # [s]
-    gravity: float  # [m/s2]
+    gravity: float  # along -y [m/s2]
     thickness: float | None  # periodic length along z [m]
     planes: list[Plane]  # the walls that stand at this time
+    length: float | None = None  # periodic length along x [m]
+    pull: float = 0.0  # gravity along x [m/s2]
 
     def __post_init__(self):
         self.mobile = self.atoms["type"] == TYPES["grain"]
-        self.moment = Moment(self.grains, self.dt, self.gravity, self.thickness)
+        self.moment = Moment(
+            self.grains, self.dt, self.gravity, self.thickness, self.length, self.pull
+        )
         self._arrays = {
             name: np.ascontiguousarray(self.atoms[name], kind) for name, kind in ARRAYS.items()
         }

@@ -15,7 +15,8 @@ from cases.files import write_atomically
 from cases.programs import ROOT, call, kept, name_of, plain, program
 
 SCRIPTS, LEDGER = "dem_reference/scripts", "dem_reference/ledger"
-RELEASE = ("walls.gate", "walls.gate_speed")  # of walls and dem, what a packing does not feel
+# Of geometry, walls and dem, what a packing does not feel.
+RELEASE = ("geometry.inclination", "walls.gate", "walls.gate_speed")
 AUDIT = ("dem.audit_interval", "dem.lifetime_threshold")
 
 

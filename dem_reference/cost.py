@@ -4,8 +4,10 @@ from math import pi, sqrt
 
 from cases import cost
 from cases.cost import Cost
+from cases.scenes import floor_length
 
 from . import packing, scene
+from .base import rough_count
 from .collapse import Plan
 from .grains import Grains
 
@@ -46,7 +48,9 @@ def glued_count(case: dict, grains: Grains) -> float:
     """Of the base, without placing them (scene.glued_base)."""
     if case["walls"]["base"] != "glued":
         return 0.0
-    d, length = grains.diameter, case["geometry"]["floor_length"]
+    d, length = grains.diameter, floor_length(case["geometry"])
+    if scene.chute(case):
+        return rough_count(length, scene.width(case), d)
     area = scene.width(case) * length * (pi / 4 if scene.axisymmetric(case) else 1.0)
     return area / (scene.BASE_SPACING * d * d)
 

@@ -25,6 +25,7 @@ from cases.jobs import Job
 from cases.members import Members
 from cases.programs import short
 from cases.provenance import about, head, typed
+from cases.scenes import refuse_chute
 
 from . import content, cost, packing
 from .summary import SCALARS, scalars
@@ -77,6 +78,7 @@ def make(
     said as `progress` lines; returns the file of each. `sets` are the assignments that `case` was
     loaded with.
     """
+    refuse_chute(case, "an ensemble is tabulated by figures")
     folder = content.ensemble_folder(case, ranks)
     path = case.path.parent if case.path.name == "case.toml" else case.path
     files = {str(seed): folder / f"{seed}.h5" for seed in seeds}

@@ -37,6 +37,8 @@ class Scene(Structure):
             "time_step",
             "gravity",
             "thickness",
+            "length",
+            "pull",
         )
     ]
 
@@ -184,11 +186,21 @@ def fluctuation_energy(atoms: Atoms, grains: Grains, radial: bool) -> float:
 class Moment:
     """All contacts of a moment; made once, it looks as often as wanted."""
 
-    def __init__(self, grains: Grains, dt: float, gravity: float, thickness: float | None):
-        """dt: time step [s]; gravity [m/s2]; thickness: periodic length along z [m]."""
+    def __init__(
+        self,
+        grains: Grains,
+        dt: float,
+        gravity: float,
+        thickness: float | None,
+        length: float | None = None,
+        pull: float = 0.0,
+    ):
+        """dt: time step [s]; gravity along -y and pull along x [m/s2]; thickness and length:
+        periods along z and x [m].
+        """
         names = [name for name, _ in Scene._fields_[:7]]
         values = [getattr(grains, name) for name in names]
-        scene = Scene(*values, dt, gravity, thickness or 0.0)
+        scene = Scene(*values, dt, gravity, thickness or 0.0, length or 0.0, pull)
         self.library, self.grains, self.dt = library(), grains, dt
         self._handle, self._view = self.library.moment_new(byref(scene)), _View()
         self.atoms = Atoms()

@@ -96,8 +96,8 @@ def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path
         engine.contacts(),
         attempt.dt,
         case["geometry"]["gravity"],
-        case["geometry"]["thickness"] if case["walls"]["front_back"] == "periodic" else None,
-        scene.planes(case, attempt.grains) + scene.closed_gate(case),
+        planes=scene.planes(case, attempt.grains) + scene.closed_gate(case),
+        **scene.periods(case),
     )
     engine.command(f"write_restart {RESTART}")  # in the log's folder
     with H5Output(folder / "packing.h5") as file:
@@ -131,7 +131,9 @@ class Attempt:
         engine.commands(scene.beginning(case, grains, box, soft))
         engine.commands(scene.material(case, grains, soft, friction))
         engine.commands(scene.glued_atoms(case, grains, seed))
-        engine.commands(scene.bodies(case, grains) + "\n" + scene.gate(case) + "\n" + pour)
+        engine.commands(
+            scene.bodies(case, grains, level=True) + "\n" + scene.gate(case) + "\n" + pour
+        )
         engine.commands(f"thermo {PIECE}\ntimestep {self.dt:.17g}\nrun 1\nunfix pouring")
         self.poured = self.of_type("grain")
         if self.poured < count:

@@ -18,7 +18,7 @@ from cases.files import owned
 from cases.programs import kept
 from cases.scratch import reason
 
-from . import cost, packing
+from . import cost, packing, scene
 from .checkpoint import Unfinished
 from .collapse import Plan, collapse
 from .content import run_key
@@ -61,7 +61,7 @@ def run(
     of the grains' stiffness the file is to tell.
     """
     tables = packing.dict_of(case)
-    refuse(tables)
+    refuse(tables, script or ranks > 1)
     Plan.of(tables)
     cost.refuse_more_than_there_is(tables)
     takes, interval = cost.estimate(tables), tables["output"]["checkpoint_interval"]
@@ -95,13 +95,18 @@ def run(
     progress.part(0, 1)(1.0, "done")
 
 
-def refuse(case: dict) -> None:
-    """What the grains cannot do."""
+def refuse(case: dict, script: bool = False) -> None:
+    """What the grains cannot do, driven by a script or by the library."""
     geometry, d = case["geometry"], Grains.of(case).diameter
     axisymmetric = geometry["dimension"] == "axisymmetric"
     if axisymmetric and case["walls"]["left"] != "smooth":
         raise CaseError(
             "walls.left: an axisymmetric column has no left wall, but an axis (smooth only)"
+        )
+    if scene.chute(case) and script:
+        raise CaseError(
+            "geometry.scene: a script does not book the work of gravity along a chute use one rank "
+            "and the library"
         )
     if axisymmetric and case["walls"]["gate"] == "lifted":
         raise CaseError("walls.gate: a cylindrical gate can only vanish (instantaneous only)")
@@ -109,6 +114,8 @@ def refuse(case: dict) -> None:
     for name, least in (
         (("length", 9), ("height", 6))
         if axisymmetric
+        else (("thickness", 4), ("length", 6), ("height", 6))
+        if scene.chute(case)
         else (("thickness", 2), ("length", 4), ("height", 4))
     ):
         if geometry[name] < least * d:

@@ -7,9 +7,13 @@ from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from string import Template
+from typing import Any
 
 import numpy as np
 
+from cases.scenes import floor_length, gravity_of, is_chute
+
+from .base import rough_base
 from .grains import PLAIN_YOUNG_MODULUS, Grains
 
 SCRIPTS = Path(__file__).parent / "scripts"
@@ -47,6 +51,21 @@ def width(case: dict) -> float:
     return case["geometry"]["floor_length" if axisymmetric(case) else "thickness"]
 
 
+def chute(case: dict) -> bool:
+    """Whether a layer flows down a plane, periodic along x and z."""
+    return is_chute(case["geometry"])
+
+
+def periods(case: dict) -> dict[str, Any]:
+    """Periods along z and x, `thickness` and `length` [m]; None where nothing repeats."""
+    geometry = case["geometry"]
+    across = case["walls"]["front_back"] == "periodic"
+    return {
+        "thickness": geometry["thickness"] if across else None,
+        "length": geometry["length"] if chute(case) else None,
+    }
+
+
 def column_volume(case: dict) -> float:
     """Volume of the column of grains as simulated [m3]."""
     geometry = case["geometry"]
@@ -63,7 +82,9 @@ def glued_base(case: dict, grains: Grains, seed: int) -> np.ndarray:
     if case["walls"]["base"] != "glued":
         return np.empty((0, 3))
     d = grains.diameter
-    length, depth = case["geometry"]["floor_length"], width(case)
+    length, depth = floor_length(case["geometry"]), width(case)
+    if chute(case):
+        return rough_base(length, depth, d, seed)
     across = max(1, round(depth / d))
     periodic = case["walls"]["front_back"] == "periodic"
     z = (np.arange(across) + 0.5) * depth / across
@@ -83,6 +104,14 @@ def floor_height(case: dict, grains: Grains) -> float:
     return -SAFETY_FLOOR * grains.diameter if case["walls"]["base"] == "glued" else 0.0
 
 
+def beyond_floor(x: np.ndarray, case: dict) -> np.ndarray:
+    """Which of the grains at x, (n, 3) [m], left the floor at its end (n,); in a chute none."""
+    if chute(case):
+        return np.zeros(len(x), bool)
+    reach = np.hypot(x[:, 0], x[:, 2]) if axisymmetric(case) else x[:, 0]
+    return reach > floor_length(case["geometry"])
+
+
 @dataclass(frozen=True)
 class Plane:
     """A plane wall: what the contact records call it and where it is."""
@@ -99,7 +128,7 @@ def planes(case: dict, grains: Grains) -> list[Plane]:
     """The walls that stay, so without the gate."""
     walls = case["walls"]
     out = [
-        Plane(-1, 0, 0.0, walls["left_friction"]),
+        *([] if chute(case) else [Plane(-1, 0, 0.0, walls["left_friction"])]),
         Plane(-3, 1, floor_height(case, grains), walls["base_friction"]),
     ]
     if walls["front_back"] == "smooth":
@@ -151,6 +180,7 @@ def beginning(case: dict, grains: Grains, start: str, *young_moduli: float) -> s
     periodic = case["walls"]["front_back"] == "periodic"
     return render(
         "scene",
+        along="p" if chute(case) else "m",
         front_back="p" if periodic else "m",
         hardness=hardness(*young_moduli),
         start=start,
@@ -165,8 +195,9 @@ def new_box(case: dict, grains: Grains, top: float) -> str:
     """
     d, geometry = grains.diameter, case["geometry"]
     edge = 0.0 if case["walls"]["front_back"] == "periodic" else d
+    left, right = (0.0, geometry["length"]) if chute(case) else (-d, geometry["floor_length"] + d)
     return (
-        f"region domain block {-d} {geometry['floor_length'] + d} {-(SAFETY_FLOOR + 1) * d} {top} "
+        f"region domain block {left} {right} {-(SAFETY_FLOOR + 1) * d} {top} "
         f"{-edge} {width(case) + edge} units box\ncreate_box 5 domain"
     )
 
@@ -185,25 +216,34 @@ def glued_atoms(case: dict, grains: Grains, seed: int) -> str:
     return "\n".join(["group mobile type 1", *lines, "group base type 3"])
 
 
-def bodies(case: dict, grains: Grains) -> str:
-    """Gravity, walls, integration and the computes."""
+def bodies(case: dict, grains: Grains, level: bool = False) -> str:
+    """Gravity, walls, integration and the computes; `level`: as if the scene were not inclined."""
     walls = case["walls"]
     wall = "fix {0} mobile wall/gran model hertz tangential history primitive type 2 zplane {1}"
     both = [wall.format("front", 0.0)] + [wall.format("back", width(case))] * (
         not axisymmetric(case)
     )
+    pull, weight = (0.0, case["geometry"]["gravity"]) if level else gravity_of(case["geometry"])
+    left = "fix left mobile wall/gran model hertz tangential history primitive type {} xplane 0.0"
+    left_type = TYPES["smooth" if walls["left"] == "smooth" else "left"]
     return render(
         "bodies",
         gravity=case["geometry"]["gravity"],
+        direction=f"{pull:.17g} {-weight:.17g} 0" if pull else "0 -1 0",
+        weight=weight,
+        left="" if chute(case) else left.format(left_type),
         floor=floor_height(case, grains),
         floor_type=TYPES["smooth" if walls["base"] == "glued" else "base"],
-        left_type=TYPES["smooth" if walls["left"] == "smooth" else "left"],
         front_and_back="\n".join(both if walls["front_back"] == "smooth" else []),
     )
 
 
 def gate(case: dict) -> str:
-    """The closed gate: a smooth plane at x = L0, or a cylinder of R0 = L0 about the y axis."""
+    """The closed gate: a smooth plane at x = L0, or a cylinder of R0 = L0 about the y axis; of a
+    chute none.
+    """
+    if chute(case):
+        return ""
     shape = "ycylinder {:.17g} 0 0" if axisymmetric(case) else "xplane {:.17g}"
     return (
         "fix gate mobile wall/gran model hertz tangential history primitive type 2 "
@@ -215,13 +255,14 @@ def pouring(case: dict, grains: Grains, count: int, seed: int) -> tuple[str, flo
     """Commands that place `count` grains at random above the base, and their height [m]."""
     r, geometry = grains.radius, case["geometry"]
     inset = 0.0 if case["walls"]["front_back"] == "periodic" else r
-    right, back = geometry["length"] - r, (
+    left = 0.0 if chute(case) else r
+    right, back = geometry["length"] - left, (
         geometry["length"] - r if axisymmetric(case) else width(case) - inset
     )
-    length = geometry["length"] - 2 * r
+    length = geometry["length"] - 2 * left
     area = np.pi / 4 * length**2 if axisymmetric(case) else length * (width(case) - 2 * inset)
     top = grains.diameter + count * grains.volume / (POURING_SOLID_FRACTION * area)
-    box = f"block {r} {right} {r} {top} {inset} {back} units box"
+    box = f"block {left} {right} {r} {top} {inset} {back} units box"
     region = (
         f"region box {box}\nregion cylinder cylinder y 0 0 {right} {r} {top} units box\n"
         "region pouring intersect 2 box cylinder"
@@ -243,8 +284,10 @@ def pouring(case: dict, grains: Grains, count: int, seed: int) -> tuple[str, flo
 
 
 def closed_gate(case: dict) -> list[Plane]:
-    """The gate behind which the packing is made; of a cylinder the contact records know nothing."""
-    return [] if axisymmetric(case) else [Plane(-2, 0, case["geometry"]["length"])]
+    """The gate behind which the packing is made; of a cylinder the contact records know nothing,
+    and a chute has none.
+    """
+    return [] if axisymmetric(case) or chute(case) else [Plane(-2, 0, case["geometry"]["length"])]
 
 
 def rising_gate(case: dict, time: float) -> Plane:

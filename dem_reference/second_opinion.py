@@ -22,6 +22,7 @@ from cases.case import parse
 from cases.errors import EngineError, exit_code
 from cases.files import check_table
 from cases.provenance import typed
+from cases.scenes import refuse_chute
 from cases.scratch import temporary
 
 from . import lammps, scene
@@ -75,7 +76,9 @@ def contact_law(grains: Grains, gravity: float, name: str) -> dict[str, str]:
 def input_files(path: Path, folder: Path, law: str = LAWS[0]) -> tuple[str, dict]:
     """The LAMMPS input for a dem.h5; writes the grains to `folder`. Also the case."""
     with reading.result(path) as file:
-        case = parse(reading.attributes(file)["case_resolved"], path).values
+        scene_of = parse(reading.attributes(file)["case_resolved"], path)
+        refuse_chute(scene_of, "LAMMPS gives a second opinion")
+        case = scene_of.values
         cloud = reading.group(file, "data/0/particles/cloud")
         kind = reading.values(cloud, "kind")
         x = reading.vectors(cloud, "position", len(kind))

@@ -6,6 +6,7 @@ import numpy as np
 
 from cases import reading
 from cases.case import parse
+from cases.scenes import refuse_chute
 
 # name -> unit; energies are relative to the potential energy released, times to sqrt(H/g), lengths
 # to L0 or H
@@ -48,6 +49,7 @@ def scalars(path: Path) -> dict[str, float]:
     with reading.result(path) as file:
         told = reading.attributes(file)
         case = parse(told["case_resolved"], path)
+        refuse_chute(case, "this table is one")
         length, height = case["geometry.length"], case["geometry.height"]
         scale = reading.number(file, "time_scale")
         accounts = reading.group(file, "energy")

@@ -13,6 +13,7 @@ import pandas as pd
 from cases import case, command_line, cost, files, results
 from compare.report import collapse
 from cases.lookup import find_case
+from cases.scenes import refuse_chute
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
 from cases.files import write_table
@@ -69,6 +70,7 @@ def run(options) -> int:
 def alone(options) -> int:
     """Runs the continuum of a case, and shows it."""
     scene = case.load(find_case(options.run_or_case), options.overrides)
+    refuse_chute(scene, "statements are")
     case.tell_contradictions(scene)
     out = options.out or Path("runs") / "collapse" / name_of(scene.path)
     if options.table:

@@ -14,6 +14,7 @@ from cases.errors import CaseError
 from cases.provenance import typed
 from compare.importing import options as importing
 from compare.importing.pipeline import convert
+from cases.scenes import refuse_chute
 from compare.mapping.runs import open_run
 from compare.report import report
 from compare.verdict import comparison, conclusion, controls, siblings, verdict_table
@@ -152,6 +153,8 @@ def refuse_to_lose(file: Path, replace: bool):
 def make_missing(work: Path, options):
     """Runs the controls and siblings that are asked for and that the folder lacks."""
     mpm, dem = comparison.run_files(work)
+    if options.controls or options.siblings:
+        refuse_chute(open_run(mpm[0]).case, "controls and siblings are")
     if options.controls:
         controls.make(work, open_run(mpm[0]), open_run(dem[0]), options.quiet)
     if options.siblings:

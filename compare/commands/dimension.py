@@ -14,6 +14,7 @@ import pandas as pd
 
 from cases import case, command_line, provenance
 from cases.lookup import find_case
+from cases.scenes import refuse_chute
 from cases.stages import Stage, run_stages
 from cases.errors import CaseError
 from cases.files import check_table, write_table
@@ -49,6 +50,7 @@ def arguments(parser):
 
 def run(options) -> int:
     scene = case.load(find_case(options.case), options.overrides)
+    refuse_chute(scene, "dimensions are compared")
     if options.table:
         check_rows(options.table)
     sets = [*options.overrides, f"geometry.thickness={scene['mpm.cell_size']!r}"]

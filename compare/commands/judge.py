@@ -14,6 +14,7 @@ from cases.errors import CaseError
 from cases.lookup import find_case
 from cases.programs import name_of, program
 from cases.provenance import typed
+from cases.scenes import refuse_chute
 from cases.stages import Stage, run_stages
 from compare.mapping.runs import open_run
 from compare.study import sweep
@@ -93,6 +94,7 @@ def run(options) -> int:
         files = []
     others = [case.load(find_case(one), options.overrides) for one in options.outcome or []]
     for other in (scene, *others):
+        refuse_chute(other, "laws are judged on the strains")
         refuse(other, options)
     if options.outcome is not None and (of_run or options.of != "grains"):
         raise CaseError(f"{options.case}: --outcome is of cases and their grains")

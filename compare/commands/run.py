@@ -17,8 +17,11 @@ from cases import case, command_line, content, cores, handed, memory, results
 from cases.jobs import Job
 from cases.stages import Stage, run_chains, run_stages
 from cases.lookup import find_case
+from cases.errors import CaseError
 from cases.programs import module, name_of, program
+from cases.scenes import is_chute
 from cases.unfinished import Unfinished
+from compare.chute import words as of_chute
 from compare.cost import Estimate, estimate, refuse_more_than_there_is, table, tell_if_long
 from compare.study import sweep
 from compare.verdict import conclusion, siblings
@@ -26,7 +29,7 @@ from dem_reference.content import ensemble_folder, ensemble_key
 
 # What an earlier run may have left in the folder, and what was made of it there.
 OURS = ["mpm.h5", "dem.h5", "dem_[0-9]*.h5", "fields.h5", "metrics.json", "report.html", "figures"]
-OURS += ["siblings", "controls", "vtk", "collapse"]
+OURS += ["profiles.csv", "siblings", "controls", "vtk", "collapse"]
 VERDICT = {
     "run_out_95": "run-out, 95 % of the mass",
     "centre_of_mass_x": "centre of mass, along x",
@@ -116,6 +119,9 @@ def run(options) -> int:
     names = conclusion.required(options.require)
     scene = case.load(find_case(options.case), options.overrides)
     case.tell_contradictions(scene)
+    if is_chute(scene["geometry"]):
+        options.no_siblings = True  # they tell what collapses are off by
+        refuse_of_chute(scene, options, names)
     takes = estimate(scene, options.seeds, not options.no_siblings)
     if options.dry_run:
         print(table(takes))
@@ -144,11 +150,30 @@ def run(options) -> int:
             compared = Stage("comparison", module("compare.report", scratch, "--progress"))
             run_stages([compared], quiet=options.quiet)
     metrics = json.loads((out / "metrics.json").read_text())
-    print("\n".join([verdict(metrics), *stiffness(metrics), *conclusion.lines(metrics)]))
+    told = of_chute.lines(metrics) if is_chute(scene["geometry"]) else figures(metrics)
+    print("\n".join([*told, *conclusion.lines(metrics)]))
     for line in conclusion.not_met(metrics, names):
         print(line, file=sys.stderr)
     print(out / "report.html")
     return conclusion.exit_code(metrics, names)
+
+
+def figures(metrics: dict) -> list[str]:
+    """Of a collapse."""
+    return [verdict(metrics), *stiffness(metrics)]
+
+
+def refuse_of_chute(scene: case.Case, options, names: list[str]):
+    """What is asked of collapses alone."""
+    if names:
+        raise CaseError(
+            f"--require: {names[0]} is a figure of collapses ({scene.path} is a chute) leave it out"
+        )
+    if options.seeds > 1:
+        raise CaseError(
+            f"--seeds: an ensemble is tabulated by the figures of collapses ({scene.path} is a "
+            "chute) run it with one --seed after the other"
+        )
 
 
 def key(scene: case.Case, options) -> str:

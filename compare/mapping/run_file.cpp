@@ -58,6 +58,11 @@ Scene scene_of_case(const H5File& file) {
   scene.thickness = number("geometry", "thickness");
   scene.periodic = {false, false, word("walls", "front_back") == "periodic"};
   scene.wall_low = Vec3::Zero();
+  const std::string kind = table["geometry"]["scene"].value_or(std::string("collapse"));
+  if (kind == "chute") {
+    scene.length = number("geometry", "length");
+    scene.periodic[0] = true, scene.wall_low[0] = nan;
+  }
   scene.wall_high = {nan, nan, scene.angle > 0.0 ? nan : scene.thickness};
   scene.grain = {number("grains", "diameter"), number("grains", "density")};
   scene.unit = scene.grain.diameter;
@@ -188,6 +193,7 @@ double RunFile::time(std::size_t frame) const { return file_.number(group(frame)
 
 Box RunFile::box(std::size_t frame) const {
   const Scene& s = scene_;
+  if (s.has_case && s.length > 0.0) return {{0.0, nan, 0.0}, {s.length, nan, s.thickness}};
   if (s.has_case) return {{nan, nan, 0.0}, {nan, nan, s.thickness}};
   const std::string at = group(frame);
   Box box{vector(file_, at, "box_lower"), vector(file_, at, "box_upper")};
@@ -262,7 +268,7 @@ RunFile::Points RunFile::points(std::size_t frame) const {
 /// Within the domain where it repeats: other codes let grains wander off it.
 std::vector<Vec3> RunFile::positions(std::size_t frame, const Points& points) const {
   auto x = pick(vectors(points.at + "position", points.count), points.moving);
-  if (scene_.has_case) return x;
+  if (scene_.has_case && !(scene_.length > 0.0)) return x;
   const Box box = this->box(frame);
   for (int a = 0; a < 3; ++a) {
     if (!scene_.periodic[static_cast<std::size_t>(a)]) continue;

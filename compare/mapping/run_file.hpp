@@ -21,6 +21,7 @@ struct Scene {
   std::array<bool, 3> periodic{};
   Vec3 wall_low, wall_high;  // plane walls that a kernel is folded at [m], NaN where there is none
   double thickness = 0.0;    // W of a case [m]
+  double length = 0.0;       // of a chute, which repeats after it along x [m]
   // Angle of the sector that is mapped about the axis x = z = 0 [rad]; zero where there is none.
   double angle = 0.0;
   Grain grain{};

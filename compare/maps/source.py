@@ -9,6 +9,7 @@ import numpy as np
 from cases.case import parse
 from cases.errors import CaseError
 from cases.reading import attributes, opened
+from cases.scenes import gravity_of
 
 AXES = "xyz"
 
@@ -68,7 +69,8 @@ def gravity(told: dict, path: Path) -> np.ndarray:
         return np.asarray(told["gravity"], dtype=float).reshape(3)
     if "case_resolved" in told:
         case = parse(str(told["case_resolved"]), path)
-        return np.array([0.0, -case["geometry.gravity"], 0.0])
+        pull, weight = gravity_of(case["geometry"])
+        return np.array([pull, -weight, 0.0])
     return np.full(3, np.nan)
 
 

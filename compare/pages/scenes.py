@@ -13,6 +13,7 @@ from cases import case, cost
 from cases.errors import exit_code
 from cases.files import write_atomically
 from cases.programs import ROOT
+from cases.scenes import is_chute
 
 PICTURES = ROOT / "docs" / "pictures" / "scenes"
 PAGE = ROOT / "docs" / "reference" / "cases.md"
@@ -38,6 +39,24 @@ stroke-dasharray="4 3"/>
 </g></svg>
 """
 
+CHUTE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 150" width="300" height="150" \
+role="img" aria-label="{words}">
+<rect width="300" height="150" fill="#fff"/>
+<pattern id="grains" width="{pitch:.3f}" height="{pitch:.3f}" patternUnits="userSpaceOnUse" \
+x="{x:.3f}" y="{y:.3f}"><circle cx="{half:.3f}" cy="{half:.3f}" r="{radius:.3f}" fill="#c8561b"/>
+</pattern>
+<rect x="{x:.3f}" y="{y:.3f}" width="{length:.3f}" height="{height:.3f}" fill="url(#grains)"/>
+<path d="M{x:.3f} {floor:.3f}H{end:.3f}" fill="none" stroke="#26292e" stroke-width="1.5"/>
+<path d="M{x:.3f} 8V118M{end:.3f} 8V118" fill="none" stroke="#1f5fa8" stroke-width="1.2" \
+stroke-dasharray="4 3"/>
+<g font-family="DejaVu Sans, sans-serif" font-size="10" fill="#26292e">
+<text x="{middle:.3f}" y="132" text-anchor="middle">{long}, then again</text>
+<text x="54" y="{beside:.3f}" text-anchor="end">{high}</text>
+<text x="292" y="18" text-anchor="end" fill="#1f5fa8">inclined {angle:g}°</text>
+<text x="292" y="146" text-anchor="end">{about}</text>
+</g></svg>
+"""
+
 
 def millimetres(value: float) -> str:
     return f"{1000.0 * value:.4g} mm"
@@ -49,6 +68,12 @@ def words(scene: case.Case) -> str:
     form = "cylinder of radius" if round_one else "column of length"
     high, long = (millimetres(scene[f"geometry.{name}"]) for name in ("height", "length"))
     grains = millimetres(scene["grains.diameter"])
+    if is_chute(scene["geometry"]):
+        angle = scene["geometry.inclination"]
+        return (
+            f"A layer {high} deep, of grains of {grains}, on a plane of {angle:g} degrees; it "
+            f"repeats after {long}"
+        )
     return f"A {form} {long} and height {high}, of grains of {grains}, behind a gate"
 
 
@@ -58,6 +83,8 @@ def draw(scene: case.Case) -> str:
     scale = min(ROOM[0] / height, ROOM[1] / length)
     pitch = scale * scene["grains.diameter"]
     round_one = scene["geometry.dimension"] == "axisymmetric"
+    if is_chute(scene["geometry"]):
+        return draw_chute(scene, scale)
     thick = "" if round_one else f", {millimetres(scene['geometry.thickness'])} thick"
     return SVG.format(
         words=words(scene),
@@ -76,6 +103,31 @@ def draw(scene: case.Case) -> str:
         after=WALL + scale * length + 5.0,
         about=f"grains of {millimetres(scene['grains.diameter'])}{thick}",
         left=' stroke-dasharray="7 3 1.5 3"' if round_one else "",
+    )
+
+
+def draw_chute(scene: case.Case, scale: float) -> str:
+    """A layer between the ends of its period, on its slope."""
+    height, length = scene["geometry.height"], scene["geometry.length"]
+    pitch = scale * scene["grains.diameter"]
+    return CHUTE.format(
+        words=words(scene),
+        pitch=pitch,
+        half=0.5 * pitch,
+        radius=0.46 * pitch,
+        x=WALL,
+        y=FLOOR - scale * height,
+        length=scale * length,
+        height=scale * height,
+        end=WALL + scale * length,
+        angle=scene["geometry.inclination"],
+        middle=WALL + 0.5 * scale * length,
+        floor=FLOOR,
+        long=millimetres(length),
+        high=millimetres(height),
+        beside=FLOOR - 0.5 * scale * height + 4.0,
+        about=f"grains of {millimetres(scene['grains.diameter'])}, "
+        f"{millimetres(scene['geometry.thickness'])} thick",
     )
 
 

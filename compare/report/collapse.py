@@ -9,6 +9,7 @@ from compare.report import report
 from compare.report.charts import all_charts
 from cases.errors import CaseError
 from cases.files import write_atomically
+from cases.scenes import refuse_chute
 from compare.metrics.final_height import final_height
 from compare.metrics.run_out import run_out
 from compare.mapping.clouds import POINT_STATE
@@ -34,6 +35,7 @@ def open_collapse(path: Path) -> Run:
             f"{path}: not a slab of the continuum ({run.engine}, {run.case['geometry.dimension']}) "
             "give the mpm.h5 of a column in plane strain or in three dimensions"
         )
+    refuse_chute(run.case, "statements are")
     lacking = [name for name in POINT_STATE if name not in run.clouds[0].state]
     if lacking:
         raise CaseError(

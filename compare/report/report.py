@@ -12,6 +12,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
+from compare.chute import report as chute
 from compare.verdict import comparison, conclusion, controls, plain, siblings
 from cases.style import STYLE
 from compare.report import page as pages
@@ -21,12 +22,13 @@ from cases import results
 from cases.command_line import Parser
 from cases.errors import CaseError
 from cases.files import write_atomically
+from cases.scenes import is_chute
 from cases.scratch import scratch
 from compare.mapping.runs import map_fields, open_run
 from compare.report.width_study import study
 
 # What a comparison writes into the folder of a run, and what it reads there.
-OUTPUTS = ["fields.h5", "metrics.json", "figures", "report.html"]
+OUTPUTS = ["fields.h5", "profiles.csv", "metrics.json", "figures", "report.html"]
 INPUTS = ["mpm*.h5", "dem*.h5", "controls/*.h5", "siblings/*"]
 HEADLINES = {
     "run_out_95": "Run-out, 95 % of the mass",
@@ -180,7 +182,10 @@ def compare(folder: Path, options=(), tell=lambda fraction, text: None, widths=(
     `widths` [d], when given, make a width study.
     """
     mpm, dem = comparison.run_files(folder)
-    comparison.refuse_unpaired([open_run(path) for path in [*mpm, *dem]])
+    runs = [open_run(path) for path in [*mpm, *dem]]
+    if any(is_chute(run.case["geometry"]) for run in runs):
+        return chute.compare(folder, mpm, dem, options, tell)
+    comparison.refuse_unpaired(runs)
     tell(0.0, "mapping both clouds onto one grid")
     beside = [*controls.files(folder), *siblings.files(folder)]
     map_fields([*mpm, *dem, *beside], folder / "fields.h5", *options)

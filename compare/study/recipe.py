@@ -12,6 +12,7 @@ from cases import case
 from cases.errors import CaseError
 from cases.programs import PYTHON, module, program
 from cases.provenance import typed
+from cases.scenes import refuse_chute
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,7 @@ def study(scene: case.Case, name: str) -> dict:
 
     Raises CaseError with the file and line of a mistake, or when there is no such table.
     """
+    refuse_chute(scene, f"[{name}] is a study")
     file = scene.path.with_name("study.toml")
     if not file.exists():
         raise CaseError(

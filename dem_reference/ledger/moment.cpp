@@ -74,6 +74,8 @@ Pair Moment::pair(const double* row, double reach) const {
   out.branch = row_of(atoms_.x, i) - row_of(atoms_.x, j);
   if (scene_.thickness > 0)
     out.branch.z() -= scene_.thickness * std::nearbyint(out.branch.z() / scene_.thickness);
+  if (scene_.length > 0)
+    out.branch.x() -= scene_.length * std::nearbyint(out.branch.x() / scene_.length);
   const double distance = out.branch.norm(), delta = 2 * scene_.radius - distance;
   const Vector n = out.normal = out.branch / distance;
   out.overlap = delta;
@@ -159,6 +161,7 @@ void Moment::wall_friction() {
   for (std::int64_t k = 0; k < atoms_.owned; ++k) {
     rest_[k] = row_of(atoms_.f, k) - pair_force_[k];
     rest_[k].y() += scene_.mass * scene_.gravity;
+    rest_[k].x() -= scene_.mass * scene_.pull;
   }
   rough_walls_.assign(atoms_.owned, 0);
   for (const Touch& wall : touches_) rest_[wall.grain] -= wall.force;

@@ -39,8 +39,9 @@ constexpr int kContactColumns = 7;   // of the engine's contacts (dem_reference/
 struct Scene {
   double radius, mass, inertia;
   double contact_modulus, contact_shear_modulus, damping_factor, friction;
-  double time_step, gravity;
-  double thickness;  // periodic length along z; 0 where there is none
+  double time_step, gravity;  // gravity along -y
+  double thickness, length;  // periods along z and x; 0 where there is none
+  double pull;               // gravity along x
 };
 
 /// A wall that stands: a half-plane across `axis` at `position`, its lower edge at y = `lowest`.

@@ -17,6 +17,12 @@ namespace grainpair {
 template <class Real>
 struct CellSums {
   Real weight = 0.0, value = 0.0, other_weight = 0.0, other_value = 0.0;
+
+  CellSums& operator+=(const CellSums& more) {
+    weight += more.weight, value += more.value;
+    other_weight += more.other_weight, other_value += more.other_value;
+    return *this;
+  }
 };
 
 class GivenCells;
@@ -51,6 +57,16 @@ class GivingCells {
     const auto at = index_below(cell);
     if (alike(cell)) return add_sums<CellSums>(sums, [&](std::size_t) { return row(at[0]); });
     add_rows<CellSums>(sums, [&](std::size_t lane) { return row(at[lane]); });
+  }
+
+  /// Of `slices` alike: adds one to another, or puts one in place of another.
+  void add_slice(std::size_t slice, std::size_t to, std::size_t slices) {
+    const std::size_t cells = sums_.size() / slices;
+    for (std::size_t c = 0; c < cells; ++c) sums_[to * cells + c] += sums_[slice * cells + c];
+  }
+  void copy_slice(std::size_t slice, std::size_t to, std::size_t slices) {
+    const std::size_t cells = sums_.size() / slices;
+    for (std::size_t c = 0; c < cells; ++c) sums_[to * cells + c] = sums_[slice * cells + c];
   }
 
  private:

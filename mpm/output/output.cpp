@@ -259,6 +259,9 @@ void Output::write_history() {
           &EnergyLedger::detached);
   account("loss_conduction", "numerical: made where conduction asks a point for more than it holds",
           &EnergyLedger::conduction);
+  if (scene_.chute())
+    column("driven", "J", "work of gravity along the slope since the release",
+           [this](const Row& row) { return rows_.front().ledger.slope - row.ledger.slope; });
   account("conducted", "fluctuation that conduction has passed from point to point; part of no sum",
           &EnergyLedger::conducted);
   column("dissipated", "J", "all physical dissipation",

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <limits>
 
 #include "cases/command_line.hpp"
 #include "cases/hdf5.hpp"
@@ -77,7 +78,8 @@ TimeStep step_towards(Simulation& simulation, double end, double share) {
 Watch watch_over(const Simulation& simulation, const Case& scene) {
   return {simulation,
           {scene.number("geometry.height"), scene.number("geometry.gravity"),
-           scene.number("geometry.floor_length")},
+           scene.chute() ? std::numeric_limits<double>::infinity()
+                         : scene.number("geometry.floor_length")},
           scene.number("mpm.cell_size")};
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <numbers>
 #include <random>
 
 #include "cases/rates.hpp"
@@ -34,13 +36,25 @@ void start_from(const Packing& packing, const Case& scene, double volume, Points
   }
 }
 
+/// Of the base [rad].
+double slope(const Case& scene) {
+  return scene.chute() ? scene.number("geometry.inclination") * std::numbers::pi / 180.0 : 0.0;
+}
+
+/// The part of gravity along -y [m/s2].
+double normal_gravity(const Case& scene) {
+  const double g = scene.number("geometry.gravity");
+  return scene.chute() ? g * std::cos(slope(scene)) : g;
+}
+
 template <int dim>
 SolverSetup<dim> setup_of(const Case& scene, const Numerics& numerics) {
   const double H = scene.number("geometry.height"), L = scene.number("geometry.length");
   const double W = scene.number("geometry.thickness"), h = numerics.h;
   SolverSetup<dim> setup;
   // room above the column for points thrown up; a point that leaves ends the run and says so
-  const std::array<double, 3> extent{scene.number("geometry.floor_length"), 1.5 * H + 4.0 * h, W};
+  const std::array<double, 3> extent{scene.chute() ? L : scene.number("geometry.floor_length"),
+                                     1.5 * H + 4.0 * h, W};
   for (int d = 0; d < dim; ++d)
     setup.cells[d] = static_cast<int>(std::ceil(extent[static_cast<std::size_t>(d)] / h - 1e-9));
   if (dim == 3 && std::abs(setup.cells[dim - 1] * h - W) > 1e-9 * W)
@@ -51,7 +65,12 @@ SolverSetup<dim> setup_of(const Case& scene, const Numerics& numerics) {
   setup.point_size = h / static_cast<double>(scene.integer("mpm.points_per_cell"));
   setup.solid_density = scene.number("grains.density");
   setup.gravity.setZero();
-  setup.gravity[1] = -scene.number("geometry.gravity");
+  setup.gravity[1] = -normal_gravity(scene);
+  if (scene.chute()) {
+    setup.gravity[0] = scene.number("geometry.gravity") * std::sin(slope(scene));
+    setup.period.cells = setup.cells[0];
+    setup.cells[0] = setup.period.all_cells();
+  }
   setup.numerics = numerics;
   setup.walls[0][0] = scene.word("walls.left") == "smooth"
                           ? Wall{Contact::roller}
@@ -96,7 +115,7 @@ Lattice lattice_of(const Case& scene, const Numerics& numerics) {
 template <int dim>
 Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& start,
                       bool axisymmetric, std::vector<InitialState>& initial) {
-  const double H = scene.number("geometry.height"), g = scene.number("geometry.gravity");
+  const double H = scene.number("geometry.height"), g = normal_gravity(scene);
   const double rho_s = scene.number("grains.density"), e0 = scene.number("initial.void_ratio");
   const auto& [count, pitch] = lattice;
   Points<dim> points;
@@ -179,7 +198,8 @@ Cost cost_of_column(const Case& scene, const Numerics& numerics) {
   // The column's foot alone, whose points bear all that stands on them and so are the stiffest.
   constexpr int high = 16, wide = 8;
   auto foot = setup;
-  for (int d = 0; d < dim; ++d) foot.cells[d] = std::min(setup.cells[d], d == 1 ? high : wide);
+  for (int d = setup.period ? 1 : 0; d < dim; ++d)  // a period stays whole
+    foot.cells[d] = std::min(setup.cells[d], d == 1 ? high : wide);
   Lattice line = lattice;
   line.count = {1, std::min(lattice.count[1], high / 2), 1};
   out.time_step = column<dim>(scene, foot, line, {})->stable_step().dt;

@@ -15,12 +15,16 @@ struct EnergyLedger {  // [J]
   double plastic = 0.0, regime_4 = 0.0, contact = 0.0, wall = 0.0;
   double transfer = 0.0, time_integration = 0.0, mixing = 0.0, detached = 0.0, conduction = 0.0;
 
+  // Of a chute: potential energy along the slope, which falls for ever; what it has lost is the
+  // work of gravity along the slope.
+  double slope = 0.0;
+
   double conducted = 0.0;  // passed from point to point; part of no sum
 
   double held() const { return kinetic + potential + stored + fluctuation; }
   double dissipated() const { return plastic + regime_4 + contact + wall; }
   double numerical() const { return transfer + time_integration + mixing + detached + conduction; }
-  double total() const { return held() + dissipated() + numerical(); }
+  double total() const { return held() + dissipated() + numerical() + slope; }
 };
 
 }  // namespace grainpair

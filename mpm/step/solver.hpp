@@ -16,6 +16,7 @@
 
 #include "mpm/grid/walls.hpp"
 #include "mpm/points/body.hpp"
+#include "mpm/step/period.hpp"
 #include "mpm/step/simulation.hpp"
 #include "mpm/step/team.hpp"
 #include "mpm/step/transfer_kernel.hpp"
@@ -33,6 +34,7 @@ struct SolverSetup {
   Gate gate;
   bool axisymmetric = false;  // x is the radius
   Numerics numerics;
+  Period period = {};  // along x; cells[0] are then all its cells
 };
 
 /// The stages are in solver_*.cpp, the two sweeps between points and nodes in the kernel.
@@ -86,7 +88,15 @@ class Solver final : public Simulation {
   const EnergyLedger& ledger() const override { return ledger_; }
   double solid_density() const override { return setup_.solid_density; }
   bool tells_energies() const override { return body_->tells_energies(); }
-  Vec3 position(std::size_t p) const override { return padded(points_.x[p]); }
+  Vec3 position(std::size_t p) const override {
+    Vec3 x = padded(points_.x[p]);
+    if (setup_.period) {
+      const double length = setup_.period.cells * setup_.numerics.h;
+      x[0] -= origin();
+      x[0] -= length * std::floor(x[0] / length);
+    }
+    return x;
+  }
   Vec3 velocity(std::size_t p) const override { return padded(points_.v[p]); }
   double pressure_correction(std::size_t p) const override {
     return material_.pressure_correction(Scattered::one(p),
@@ -121,6 +131,7 @@ class Solver final : public Simulation {
     double gain = 0.0, wall = 0.0;  // of kinetic energy; taken by the walls [J]
   };
   enum class Moves { no, yes };
+  enum class Folded { momenta, changes, both };
 
   /// Cells that wait for what points give of this step.
   struct CellsToGive {
@@ -178,6 +189,14 @@ class Solver final : public Simulation {
   void move_points(MovingGrid grid, double dt);
   void hold_pressures(GivingCells given);
   void book_places();
+
+  // solver_period.cpp
+  void fold(Folded what);
+  void fold(GivingCells& cells) const;
+  void put_back();
+  double energy_along() const;
+  /// Where the period begins on the grid [m].
+  double origin() const { return setup_.period ? Period::beside * setup_.numerics.h : 0.0; }
 
   // solver_fields.cpp
   void conduct(double dt);
@@ -326,6 +345,7 @@ class Solver final : public Simulation {
   double drift_ = 0.0;      // since the points were sorted [m]
   double max_speed_ = 0.0;  // of the last step [m/s]
   double time_ = 0.0;
+  double passed_ = 0.0;  // energy along the slope of the periods that points have passed [J]
   EnergyLedger ledger_;
   StageTimes* times_ = nullptr;  // where somebody asks for them
 };

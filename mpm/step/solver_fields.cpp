@@ -31,6 +31,7 @@ void Solver<D>::conduct(double dt) {
         node.motion[0] += w * m * points_.granular_temperature[p];
       });
     });
+    fold(Folded::momenta);
     for_each_point([&](std::size_t p) {
       Vec flux = Vec::Zero();  // times volume and time [J m]
       for_each_weight(p, [&](const Node<dim>& node, double, const Vec& slope) {
@@ -40,6 +41,7 @@ void Solver<D>::conduct(double dt) {
       for_each_weight(
           p, [&](Node<dim>& node, double, const Vec& slope) { node.change[0] += slope.dot(flux); });
     });
+    fold(Folded::changes);
     struct Moved {
       double gained = 0.0, conducted = 0.0;  // [J]
     };
@@ -87,6 +89,7 @@ void Solver<D>::average_over_nodes(std::vector<double>& field) {
       node.change[1] += w * v * field[p];
     });
   });
+  fold(Folded::changes);
   for_each_place([&](std::size_t p) {  // fillers, too: they stay what they repeat
     double mean = 0.0;
     for_each_weight(p, [&](const Node<dim>& node, double w) {

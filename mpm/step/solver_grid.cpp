@@ -1,4 +1,6 @@
 // Between points and grid: the way there, the balance of momentum on the nodes, and the way back.
+#include <span>
+
 #include "mpm/step/solver.hpp"
 #include "mpm/step/timed.hpp"
 #include "mpm/transfer/transfer.hpp"
@@ -41,6 +43,7 @@ auto Solver<D>::scatter(ClearedGrid grid, Forces forces) -> LoadedGrid {
   const Timed timed(times_ ? &times_->to_grid : nullptr);
   for_each_strip(
       [&](std::size_t s) { kernel_->scatter(strips_[s], forces, pressures_, exchange_); });
+  fold(Folded::both);
   return {std::move(grid.cells)};
 }
 
@@ -92,7 +95,9 @@ GRAINPAIR_FLATTEN auto Solver<D>::accelerate(LoadedGrid grid, double dt) -> Movi
     });
     work_[static_cast<std::size_t>(i)] = sum;
   });
-  for (const Work& c : work_) {
+  const Period& period = setup_.period;  // its slices alone count, those beside are their images
+  const auto begin = work_.begin() + (period ? Period::beside : 0);
+  for (const Work& c : std::span(begin, period ? begin + period.cells : work_.end())) {
     ledger_.transfer += c.gain;  // the points book the other halves of both mappings
     ledger_.wall += c.wall;
     ledger_.time_integration -=
@@ -143,6 +148,7 @@ void Solver<D>::sweep_nodes(GivingCells& rates, Gathered what, double dt) {
 template <int D>
 auto Solver<D>::gathered(MovingGrid grid, Gathered what, double dt) -> StrainedPoints {
   sweep_nodes(grid.cells.rates, what, dt);
+  fold(grid.cells.rates);
   if (setup_.numerics.averaging == VolumetricAveraging::nodal)
     average_over_nodes(material_.volumetric_rate);
   return {GivenCells(std::move(grid.cells.rates)), std::move(grid.cells.pressures)};

@@ -69,6 +69,7 @@ void Solver<D>::move_points(MovingGrid grid, double dt) {
 
 template <int D>
 void Solver<D>::hold_pressures(GivingCells given) {
+  fold(given);
   spent_pressures_ = ClearingCells(std::move(pressures_));
   pressures_ = GivenCells(std::move(given));
 }
@@ -87,6 +88,12 @@ void Solver<D>::book_places() {
           "lengthen geometry.floor_length, or lower mpm.time_step_fraction if the speed is absurd",
           points_.id[p], x[0], x[1], x[2], time_, velocity(p).norm());
     }
+  }
+  if (setup_.period) {
+    const double along = energy_along();
+    potential -= along;
+    ledger_.time_integration += ledger_.slope - (along + passed_);
+    ledger_.slope = along + passed_;
   }
   ledger_.time_integration += ledger_.potential - potential;
   ledger_.potential = potential;

@@ -41,6 +41,7 @@ Solver<D>::Solver(const SolverSetup<dim>& setup, std::unique_ptr<TransferKernel<
 /// The law's state at the start, and what it says of it.
 template <int D>
 void Solver<D>::initialise(const std::vector<InitialState>& initial) {
+  for (std::size_t p = 0; p < points_.size(); ++p) points_.x[p][0] += origin();
   Order order;  // as they are, in whole blocks
   order.from.resize(initial.size());
   std::iota(order.from.begin(), order.from.end(), 0u);
@@ -78,6 +79,7 @@ void Solver<D>::initialise(const std::vector<InitialState>& initial) {
 /// sorting.
 template <int D>
 void Solver<D>::sort_points() {
+  put_back();
   std::vector<std::uint32_t> points;
   points.reserve(points_.size());
   for (const std::size_t p : points_.occupied()) points.push_back(static_cast<std::uint32_t>(p));
@@ -142,6 +144,11 @@ void Solver<D>::find_active_box(const std::vector<std::uint32_t>& points) {
     material_.box.begin[d] = std::max(low - drift, 0);
     material_.box.end[d] = std::min(high + drift + kernel_->support, grid_.axes[d].nodes);
   }
+  if (setup_.period) {  // images alike
+    material_.box.begin[0] = 0, material_.box.end[0] = grid_.axes[0].nodes;
+    tops_.assign(static_cast<std::size_t>(grid_.axes[0].nodes), material_.box.end[1]);
+    return;
+  }
   std::vector<int> highest(static_cast<std::size_t>(setup_.cells[0]), -1);  // by column of cells
   for (const auto p : points) {
     int& of_column = highest[static_cast<std::size_t>(cell(p, 0))];
@@ -192,6 +199,9 @@ void Solver<D>::measure_held_energy() {
     ledger_.fluctuation += m * points_.fluctuation[p];
     max_speed_ = std::max(max_speed_, points_.v[p].cwiseAbs().maxCoeff());
   }
+  if (!setup_.period) return;
+  ledger_.slope = energy_along();
+  ledger_.potential -= ledger_.slope;
 }
 
 /// That of the fastest point, and no point may cross more than a fifth of a cell per step. A law
@@ -219,6 +229,7 @@ void Solver<D>::archive(Archive& to) {
   to.number("fastest_limit", limit);
   fastest_.limit = static_cast<Limit>(limit);
   to.number("drift", drift_), to.number("max_speed", max_speed_), to.number("time", time_);
+  to.number("passed", passed_);
   to.structure<double>("ledger", ledger_);
   done_ = std::vector<Milestone>(strips_.size()), sweeps_ = 0;
   resize_cells();

@@ -105,12 +105,17 @@ std::string what_is_not_finite(const Simulation& simulation) {
 
 Watch::Watch(const Simulation& simulation, const Column& column, double cell)
     : held_(simulation.ledger().held()),
+      slope_(simulation.ledger().slope),
       fall_(std::sqrt(2.0 * column.gravity * column.height)),
       tau_(std::sqrt(column.height / column.gravity)),
       pressure_(simulation.solid_density() * column.gravity * column.height),
       cell_(cell),
       last_cell_(column.floor_length - cell),
-      estimated_(!simulation.tells_energies()) {}
+      estimated_(!simulation.tells_energies()) {
+  simulation.visit_points([&](const auto& points) {
+    for (const std::size_t p : points.occupied()) mass_ += points.mass[p];
+  });
+}
 
 void Watch::step(const Simulation& simulation, long steps) {
   const EnergyLedger& now = simulation.ledger();
@@ -122,29 +127,32 @@ void Watch::step(const Simulation& simulation, long steps) {
   created_ =
       std::max(created_, std::max(0.0, -now.transfer) + std::max(0.0, -now.time_integration) +
                              std::max(0.0, -now.mixing) + std::max(0.0, -now.conduction));
-  if (halvings_ < most_halvings && -now.time_integration > (halvings_ + 1) * halving * held_ &&
+  const double held = offered(now);
+  if (halvings_ < most_halvings && -now.time_integration > (halvings_ + 1) * halving * held &&
       ++halvings_ == 1)
     first_halved_ = simulation.time();
-  if (created_ > growth * held_)
+  if (created_ > growth * held)
     throw SolverError(
         Failure::energy_growth,
         "step {}: energy grew to {:.2g} J more than was held at release, {:.0f} % of it, at t = "
         "{:.4g} s lower mpm.time_step_fraction",
-        steps, created_, 100.0 * created_ / held_, simulation.time());
+        steps, created_, 100.0 * created_ / held, simulation.time());
 }
 
 void Watch::points(const Simulation& simulation) {
+  const double driven = std::max(0.0, slope_ - simulation.ledger().slope);  // [J]
+  const double fall = driven > 0.0 ? std::sqrt(fall_ * fall_ + 2.0 * driven / mass_) : fall_;
   simulation.visit_points([&](const auto& points) {
     double kinetic = 0.0, mass = 0.0, at_end = 0.0;
     for (const std::size_t p : points.occupied()) {
       const Vec3 x = simulation.position(p), v = simulation.velocity(p);
-      if (v.norm() > most_speed * fall_)
+      if (v.norm() > most_speed * fall)
         throw SolverError(
             Failure::ejected,
             "point {}: too fast at ({:.4g}, {:.4g}, {:.4g}) m, t = {:.4g} s ({:.3g} m/s, {:.1f} "
             "times the fall from the column's height) lower mpm.time_step_fraction, or use "
             "smoother mpm.shape: nodes with next to no mass throw points",
-            points.id[p], x[0], x[1], x[2], simulation.time(), v.norm(), v.norm() / fall_);
+            points.id[p], x[0], x[1], x[2], simulation.time(), v.norm(), v.norm() / fall);
       const double held = own_pressure(points, p) - simulation.collisional_pressure(p);
       tension_ = std::max(tension_, -held / pressure_);
       kinetic += 0.5 * points.mass[p] * v.squaredNorm();
@@ -177,12 +185,13 @@ std::vector<std::string> Watch::warnings(const EnergyLedger& begin, const Energy
     out.push_back(
         fmt::format("{}: {}", name(warning), fmt::format(text, std::forward<Args>(args)...)));
   };
-  const double released = begin.potential - end.potential;
-  if (created_ > drift * held_)
+  const double released = begin.potential - end.potential + (begin.slope - end.slope);
+  const double held = offered(end);
+  if (created_ > drift * held)
     say(Warning::drift,
         "the numerics made {:.0f} % of the energy held at release out of nothing (lower "
         "mpm.time_step_fraction)",
-        100.0 * created_ / held_);
+        100.0 * created_ / held);
   if (halvings_ > 0)
     say(Warning::halved,
         "steps were too long and were cut to 1/{} of the limit allowed, from t = {:.4g} s on "

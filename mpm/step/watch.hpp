@@ -43,7 +43,10 @@ class Watch {
   std::vector<std::string> warnings(const EnergyLedger& begin, const EnergyLedger& end) const;
 
  private:
-  double held_, fall_, tau_, pressure_, cell_, last_cell_;
+  /// Held at release, and what gravity has put in since along a slope [J].
+  double offered(const EnergyLedger& now) const { return held_ + slope_ - now.slope; }
+
+  double held_, slope_, mass_ = 0.0, fall_, tau_, pressure_, cell_, last_cell_;
   double created_ = 0.0, peak_ = 0.0;
   double noise_ = 0.0, roughness_ = 0.0, tension_ = 0.0, at_end_ = 0.0;
   long rough_looks_ = 0;

@@ -59,10 +59,17 @@ auto Cuboid<Kinematics>::build_with(std::unique_ptr<TransferKernel<dim>> kernel,
         initial.push_back({stress(points.x[p]), void_ratio, granular_temperature(points.x[p])});
       }
   numerics.h = h;
-  return std::make_unique<Solver<dim>>(
-      SolverSetup<dim>{
-          box, pitch, solid_density, gravity, walls, {}, Kinematics::axisymmetric, numerics},
-      std::move(kernel), std::move(points), std::move(body), initial);
+  return std::make_unique<Solver<dim>>(SolverSetup<dim>{box,
+                                                        pitch,
+                                                        solid_density,
+                                                        gravity,
+                                                        walls,
+                                                        {},
+                                                        Kinematics::axisymmetric,
+                                                        numerics,
+                                                        period},
+                                       std::move(kernel), std::move(points), std::move(body),
+                                       initial);
 }
 
 template struct Cuboid<PlaneStrain>;

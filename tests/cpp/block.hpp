@@ -53,6 +53,7 @@ struct Cuboid {
   };
   std::function<double(const Vec&)> granular_temperature = [](const Vec&) { return 0.0; };
   std::unique_ptr<Body> body = inert();
+  Period period = {};  // along x; the block's places are those within it, box[0] all its cells
 
   template <class Shape, class Exchanged = Wide>
   std::unique_ptr<Solver<dim>> build() {

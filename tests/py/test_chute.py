@@ -1,0 +1,222 @@
+"""A layer that flows down a plane: its case, grains and profiles, from one command to a page."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from cases.case import load
+from cases.errors import CaseError
+from cases.scenes import gravity_of, is_chute
+from compare.__main__ import main as grainpair
+from compare.chute import flow, sides
+from compare.chute.published import at
+from compare.maps.profiles import Profile
+from dem_reference import base, content
+from dem_reference.run import main as run_grains
+
+CASE = "cases/chute_ci"
+
+
+def refusal(*sets: str, path: str = CASE) -> str:
+    with pytest.raises(CaseError) as error:
+        load(path, sets)
+    return str(error.value)
+
+
+@pytest.mark.parametrize(
+    "assignment, words",
+    [
+        ("walls.left=coulomb", "no left wall"),
+        ("walls.gate=lifted", "it has no gate"),
+        ("walls.front_back=smooth", "it repeats across the flow"),
+        ("initial.state=packing", "no packing of a chute is mapped"),
+        ("geometry.dimension=axisymmetric", "a plane has no axis"),
+        ("mpm.transfer=xpic", "its sweeps know no period"),
+        ("geometry.floor_length=0.1", "ends nowhere"),
+        ("mpm.cell_size=0.003", "takes 6 cells"),
+        ("mpm.cell_size=0.0009", "no whole number of cells"),
+    ],
+)
+def test_what_contradicts_a_chute_is_refused(assignment, words):
+    told = refusal(assignment)
+    assert words in told and "\n" not in told and assignment.split("=")[0] in told
+
+
+def test_a_chute_has_an_inclination_and_a_collapse_has_none(tmp_path):
+    text = '[geometry]\nscene = "chute"\nheight = 0.1\nlength = 0.1\nthickness = 0.02\n'
+    column = load("cases/column_ci")
+    assert "geometry.inclination = 20" in refusal("geometry.inclination=20", path="cases/column_ci")
+    assert not is_chute(column["geometry"]) and "scene" not in column["geometry"]
+    assert gravity_of(column["geometry"]) == (0.0, column["geometry.gravity"])
+    (tmp_path / "case.toml").write_text(text + "[grains]\n")
+    assert "missing key" in refusal(path=str(tmp_path / "case.toml"))
+
+
+def test_a_collapse_must_say_where_its_floor_ends(tmp_path):
+    lines = [
+        line
+        for line in load("cases/column_ci").resolved.splitlines()
+        if not line.startswith("floor_length")
+    ]
+    (tmp_path / "case.toml").write_text("\n".join(lines))
+    told = refusal(path=str(tmp_path / "case.toml"))
+    assert told.startswith(f"{tmp_path}/case.toml: missing key 'geometry.floor_length' (Length of")
+
+
+def test_a_packing_is_that_of_every_inclination():
+    keys = [content.packing_key(load(CASE, [f"geometry.inclination={a}"]), 1) for a in (20, 25)]
+    assert keys[0] == keys[1]
+    assert keys[0] != content.packing_key(load(CASE, ["geometry.length=0.014"]), 1)
+
+
+def test_the_base_is_as_dense_as_a_slice_of_a_packing_and_rough():
+    """More centres than a slice so thick of grains packed at random has (solid fraction 0.64), none
+    nearer than the least distance, across the seams either, tops at the plane or below; no holes;
+    and its surface scatters by more than a quarter of a diameter.
+    """
+    d = 2.0
+    places = base.rough_base(10 * d, 6 * d, d, 3)
+    slice_of_packing = 0.64 * 10 * 6 * base.DEEPEST / (np.pi / 6)
+    assert len(places) > slice_of_packing
+    assert len(places) == pytest.approx(base.rough_count(10 * d, 6 * d, d), rel=0.1)
+    assert places[:, 1].max() <= -0.5 * d
+    apart = places[:, None] - places
+    for axis, size in ((0, 10 * d), (2, 6 * d)):
+        apart[..., axis] -= size * np.rint(apart[..., axis] / size)
+    distance = np.linalg.norm(apart, axis=-1) + 10 * d * np.eye(len(places))
+    assert distance.min() >= base.CLOSEST * d
+    grid = np.stack(np.meshgrid(np.arange(0, 20, 0.5), np.arange(0, 12, 0.5)), -1).reshape(-1, 2)
+    off = grid[:, None] - places[:, [0, 2]]
+    off -= np.array([20.0, 12.0]) * np.rint(off / np.array([20.0, 12.0]))
+    height = places[:, 1] + np.sqrt(np.maximum((d / 2) ** 2 - (off**2).sum(-1), 0.0))
+    covered = (off**2).sum(-1) < (d / 2) ** 2
+    top = np.where(covered, height, -9.0).max(axis=1)
+    assert (top > -9.0).mean() > 0.85
+    assert top[top > -9.0].std() > 0.25 * d
+
+
+@pytest.fixture(scope="module")
+def grains(tmp_path_factory):
+    """The smallest chute on its first way, every step audited."""
+    folder = tmp_path_factory.mktemp("chute")
+    words = ["time.maximum=4.0", "dem.audit_interval=1", "time.frame_interval=0.5"]
+    sets = [word for one in words for word in ("--set", one)]
+    path = folder / "dem.h5"
+    store = ["--packings", str(folder / "packings"), "--quiet"]
+    assert run_grains([CASE, "-o", str(path), *sets, *store]) == 0
+    return path
+
+
+def test_energies_close_and_gravity_drives(grains):
+    """The work along the slope is that of the grains' way between frames, and what it puts in is
+    held or dissipated: within 1 %, as of collapses this small. Without it nothing would close.
+    """
+    case = load(CASE)
+    with h5py.File(grains) as file:
+        energy = {name: values[()] for name, values in file["energy"].items()}
+        force_error = file.attrs["force_error"]
+        weight = file["packing"].attrs["mass"] * case["geometry.gravity"]
+        x = []
+        for step in sorted(file["data"], key=int):
+            cloud = file[f"data/{step}/particles/cloud"]
+            x.append(cloud["position/x"][()][cloud["kind"][()] == 1])
+        mass = file["packing"].attrs["mass"] / len(x[0])
+    assert force_error < 1e-9 * weight  # all forces are known, those across the seam too
+    length, pull = case["geometry.length"], gravity_of(case["geometry"])[0]
+    way = np.diff(x, axis=0)
+    way -= length * np.rint(way / length)
+    assert energy["driven"][-1] == pytest.approx(mass * pull * way.sum(), rel=1e-9)
+    assert energy["kinetic"][-1] > 0.0 and energy["driven"][-1] > 0.0
+    assert abs(energy["unaccounted"]).max() < 0.01 * energy["driven"][-1]
+    assert np.any(np.abs(np.diff(x, axis=0)) > length / 2)  # some crossed the seam
+
+
+def test_a_chute_is_not_driven_by_a_script(grains, capsys):
+    words = [CASE, "-o", str(grains.with_name("other.h5")), "--driver", "script", "--quiet"]
+    assert run_grains(words) == 2
+    assert "geometry.scene: a script does not book" in capsys.readouterr().err
+
+
+D, RHO, NU, DEPTH, SLOPE = 2e-3, 2500.0, 0.55, 0.024, 26.0
+
+
+def bagnold_profile(power: float = 1.5, off: float = 1.0) -> Profile:
+    """A layer of constant density with that profile; off: factor of its shear stress."""
+    y = np.arange(-0.004, 0.03, 2.5e-4) + 1.25e-4
+    there = (y > 0) & (y < DEPTH)
+    nu = np.where(there, NU, 0.0)
+    left = np.clip(DEPTH - y, 0.0, DEPTH)
+    v = np.where(there, 20.0 * (DEPTH**power - left**power) * DEPTH ** (1.5 - power), 0.0)
+    g, angle = 9.81, np.radians(SLOPE)
+    stress = np.zeros((len(y), 3, 3))
+    base_pressure = RHO * NU * g * left * (y > 0)
+    stress[:, 1, 1] = base_pressure * np.cos(angle)
+    stress[:, 0, 1] = stress[:, 1, 0] = -off * base_pressure * np.sin(angle)
+    rate = np.gradient(v, y)
+    velocity = np.column_stack([v, 0 * v, 0 * v])
+    fields = {
+        "density": RHO * nu,
+        "solid_fraction": nu,
+        "velocity": velocity,
+        "momentum": RHO * nu[:, None] * velocity,
+        "granular_temperature": 0.4 * (rate * D) ** 2,
+        "contact_stress": stress,
+        "kinetic_stress": 0 * stress,
+    }
+    return Profile(y, fields, 2.25 * D, D, (False, False))
+
+
+def measured(profile: Profile, halves=(1.0, 1.0)) -> flow.Flow:
+    g, angle = 9.81, np.radians(SLOPE)
+    scale = {"diameter": D, "density": RHO, "height": DEPTH, "area": 1.0, "mass": RHO * NU * DEPTH}
+    return flow.measure("x", profile, halves, (g * np.sin(angle), g * np.cos(angle)), scale)
+
+
+def test_a_known_profile_is_measured():
+    found = measured(bagnold_profile()).figures
+    assert found["depth"] == pytest.approx(DEPTH / D, rel=1e-3)
+    assert found["solid_fraction"] == pytest.approx(NU, rel=1e-9)
+    assert found["temperature_ratio"] == pytest.approx(0.4, rel=1e-6)
+    assert found["stress_ratio"] == pytest.approx(np.tan(np.radians(SLOPE)), rel=1e-9)
+    assert found["bagnold"] == pytest.approx(1.5, abs=0.02)
+    # half a cell's weight at the surface, 0.5 % of the depth
+    assert found["normal_balance"] < 0.006 and found["shear_balance"] < 0.006
+
+
+def test_what_is_off_is_found_off():
+    """Negative controls: another exponent, 3 % of the shear stress, flows that change."""
+    assert measured(bagnold_profile(power=2.0)).figures["bagnold"] == pytest.approx(2.0, abs=0.03)
+    wrong = measured(bagnold_profile(off=1.03)).figures
+    assert wrong["shear_balance"] > 0.02 and wrong["normal_balance"] < 0.006
+    assert measured(bagnold_profile()).state == "steady"
+    assert measured(bagnold_profile(), (1.0, 1.2)).state == "speeds up"
+    assert measured(bagnold_profile(), (1.0, 0.8)).state == "slows down"
+    assert measured(bagnold_profile(), (0.0, 0.0)).state == "stopped"
+
+
+def test_published_facts_are_those_of_the_angle():
+    facts = {one.figure: one.value for one in at(26.0, 0.2)}
+    assert facts["solid_fraction"] == pytest.approx(0.58)
+    assert facts["bagnold"] == 1.5
+    mu = np.tan(np.radians(26.0))
+    assert 0.382 + (0.643 - 0.382) / (1 + 0.279 / facts["inertial_number"]) == pytest.approx(mu)
+    assert {one.figure: one.value for one in at(20.0, 0.0)}["inertial_number"] == 0.0
+    assert flow.power([1.0, 2.0, 4.0], [1.0, 2**1.5, 8.0]) == pytest.approx(1.5)
+
+
+def test_one_command_from_case_to_page(tmp_path, capsys):
+    out = tmp_path / "run"
+    words = ["run", CASE, "--out", str(out), "--quiet", "--set", "time.maximum=12"]
+    assert grainpair(words) == 0
+    told = capsys.readouterr().out
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert "verdict:" in told and metrics["scene"] == "chute"
+    for name in ("report.html", "profiles.csv", "figures/profiles.svg", "figures/start.png"):
+        assert (out / name).stat().st_size > 0, name
+    assert "run-out" not in (out / "report.html").read_text().lower()
+    for side in (sides.of(out / "mpm.h5"), sides.of(out / "dem.h5")):
+        assert 0.4 < side.flow.figures["solid_fraction"] < 0.65
+        assert 0.4 < side.flow.figures["stress_ratio"] < 0.7
+        assert side.flow.figures["normal_balance"] < 0.1
