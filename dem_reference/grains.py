@@ -139,6 +139,13 @@ class Grains:
         return self.volume * (1 + (3 if self.sizes == "two" else 1) * self.size_spread**2)
 
     @property
+    def d43(self) -> float:
+        """E[d^4]/E[d^3] [m], which maps call the diameter of grains of several sizes."""
+        s = self.size_spread**2
+        fourth = 1 + 6 * s + s * s if self.sizes == "two" else 1 + 2 * s + s * s / 5
+        return self.diameter * fourth * self.volume / self.mean_volume
+
+    @property
     def mean_mass(self) -> float:
         """Of the grains by number [kg]."""
         return self.density * self.mean_volume
