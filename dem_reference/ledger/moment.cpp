@@ -28,8 +28,11 @@ void Moment::look(const Atoms& atoms, std::span<const double> rows, std::span<co
   const bool rolls = scene_.rolling() != Rolling::none;
   if (rolls) pair_torque_.assign(atoms.count, Vector::Zero());
   const auto columns = static_cast<std::size_t>(scene_.columns());
+  const auto contact = atoms.radius
+                           ? (rolls ? &Moment::pair<false, true> : &Moment::pair<false, false>)
+                           : (rolls ? &Moment::pair<true, true> : &Moment::pair<true, false>);
   for (std::size_t k = 0; k < rows.size(); k += columns) {
-    const Pair& made = pairs_.emplace_back(pair(&rows[k], reach));
+    const Pair& made = pairs_.emplace_back((this->*contact)(&rows[k], reach));
     pair_force_[made.first] += made.force;
     pair_force_[made.second] -= made.force;
     if (rolls) add_torque(made);
@@ -70,7 +73,10 @@ struct Moment::Stiffness {
   double doubt;            // of the normal force's round-off, as of the bound of friction
 };
 
+/// Equal: whether all grains have the scene's radius; Rolls: whether they resist rolling. Both are
+/// known to the compiler, so that plain grains cost and round as if there were no others.
 // long: one contact law, whose terms share nearly all they are made of
+template <bool Equal, bool Rolls>
 Pair Moment::pair(const double* row, double reach) const {
   const auto first = static_cast<std::uint64_t>(row[0]),
              second = static_cast<std::uint64_t>(row[1]);
@@ -88,36 +94,46 @@ Pair Moment::pair(const double* row, double reach) const {
   out.branch = row_of(atoms_.x, i) - row_of(atoms_.x, j);
   if (scene_.thickness > 0)
     out.branch.z() -= scene_.thickness * std::nearbyint(out.branch.z() / scene_.thickness);
-  const bool equal = !atoms_.radius;
-  const double r_i = radius(i), r_j = radius(j);
+  const double r_i = Equal ? scene_.radius : radius(i), r_j = Equal ? scene_.radius : radius(j);
   const double distance = out.branch.norm(), delta = r_i + r_j - distance;
   const Vector n = out.normal = out.branch / distance;
   out.overlap = delta;
   out.arm = r_i - delta / 2;
   const double arm_j = r_j - delta / 2;
 
-  const auto slip = [&](const Vector& velocity, const Vector& a, const Vector& b,
+  // spins of the two, or of equal grains their sum
+  const auto slip = [&](const Vector& velocity, const Vector& spin, const Vector& other,
                         double& along) -> Vector {
     along = velocity.dot(n);
-    return velocity - along * n -
-           (equal ? Vector(out.arm * (a + b)) : Vector(out.arm * a + arm_j * b)).cross(n);
+    if constexpr (Equal)
+      return velocity - along * n - (out.arm * spin).cross(n);
+    else
+      return velocity - along * n - (out.arm * spin + arm_j * other).cross(n);
   };
   const auto now = [&](const double* values) -> Vector {
     return (moves_i ? row_of(values, i) : Vector::Zero()) -
            (moves_j ? row_of(values, j) : Vector::Zero());
   };
   double v_n = 0.0, u_n = 0.0;
-  const Vector v_t = slip(v_half_[i] - v_half_[j], omega_half_[i], omega_half_[j], v_n);
-  const auto spin = [&](std::int64_t k, bool moves) -> Vector {
-    return moves ? row_of(atoms_.omega, k) : Vector::Zero();
-  };
-  const Vector u_t = slip(now(atoms_.v), spin(i, moves_i), spin(j, moves_j), u_n);
+  Vector v_t, u_t;
+  if constexpr (Equal) {
+    v_t = slip(v_half_[i] - v_half_[j], omega_half_[i] + omega_half_[j], Vector::Zero(), v_n);
+    const Vector spin = (moves_i ? row_of(atoms_.omega, i) : Vector::Zero()) +
+                        (moves_j ? row_of(atoms_.omega, j) : Vector::Zero());
+    u_t = slip(now(atoms_.v), spin, Vector::Zero(), u_n);
+  } else {
+    const auto spin = [&](std::int64_t k, bool moves) -> Vector {
+      return moves ? row_of(atoms_.omega, k) : Vector::Zero();
+    };
+    v_t = slip(v_half_[i] - v_half_[j], omega_half_[i], omega_half_[j], v_n);
+    u_t = slip(now(atoms_.v), spin(i, moves_i), spin(j, moves_j), u_n);
+  }
 
   // R* = r/2 and m* = m/2 of equal grains; the glued grain's mass is infinite
-  const double m_i = mass(i), m_j = mass(j), mu = scene_.friction;
-  const double both = equal ? m_i / 2 : m_i * m_j / (m_i + m_j);
+  const double m_i = Equal ? scene_.mass : mass(i), m_j = Equal ? scene_.mass : mass(j);
+  const double both = Equal ? m_i / 2 : m_i * m_j / (m_i + m_j), mu = scene_.friction;
   const double m = moves_i && moves_j ? both : moves_i ? m_i : m_j;
-  const double r = equal ? r_i / 2 : r_i * r_j / (r_i + r_j);
+  const double r = Equal ? r_i / 2 : r_i * r_j / (r_i + r_j);
   const double root = std::sqrt(r * delta);
   const double s_n = 2 * scene_.contact_modulus * root,
                k_t = 8 * scene_.contact_shear_modulus * root;
@@ -143,7 +159,7 @@ Pair Moment::pair(const double* row, double reach) const {
       return moves ? row_of(atoms_.f, k).dot(n) / mass : 0.0;
     };
     const double pull =
-        equal ? now(atoms_.f).dot(n) / m_i : pulled(i, moves_i, m_i) - pulled(j, moves_j, m_j);
+        Equal ? now(atoms_.f).dot(n) / m_i : pulled(i, moves_i, m_i) - pulled(j, moves_j, m_j);
     const double du_n = pull + u_t.squaredNorm() / distance;
     return -s_n * u_n - gamma_n * du_n - rate / 2 * gamma_n * v_n;
   };
@@ -154,7 +170,7 @@ Pair Moment::pair(const double* row, double reach) const {
   } else {
     out.power[1] = gamma_t * v_t.dot(u_t) - rate * out.elastic[1];
   }
-  if (scene_.rolling() != Rolling::none) {
+  if constexpr (Rolls) {
     const double doubt =
         (kSlidingTolerance + kRoundOff * reach / delta) * (f_hertz + gamma_n * std::abs(v_n));
     roll(row_of(row + 6, 0), {r, f_hertz / delta, k_t, rate, f_n, force_rate(), doubt}, out);

@@ -133,6 +133,7 @@ class Moment {
     return atoms_.radius ? 0.4 * mass(k) * atoms_.radius[k] * atoms_.radius[k] : scene_.inertia;
   }
   void half_step_velocities();
+  template <bool Equal, bool Rolls>
   Pair pair(const double* row, double reach) const;
   struct Stiffness;
   void roll(const Vector& spring, const Stiffness& of, Pair& pair) const;
