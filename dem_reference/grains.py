@@ -40,6 +40,9 @@ from cases.errors import CaseError, Failure
 LEAST_STEPS_PER_CONTACT = 10
 # Above this fraction of the Rayleigh time LIGGGHTS' own check (fix check/timestep/gran) warns.
 LARGEST_RAYLEIGH_FRACTION = 0.25
+# Keys of [grains] that a scene may leave to their defaults.
+ROLLING = ("rolling_friction", "rolling_model", "rolling_damping")
+SPREAD_AND_ROLLING = ("sizes", "size_spread", *ROLLING)
 # Bounds LIGGGHTS puts on the Young modulus in SI units unless told otherwise [Pa].
 PLAIN_YOUNG_MODULUS = (5e6, 1e9)
 
@@ -78,12 +81,8 @@ class Grains:
             poisson_ratio=g["poisson_ratio"],
             restitution=g["restitution"],
             friction=g["friction"],
-            sizes=g["sizes"],
-            size_spread=g["size_spread"],
-            rolling_friction=g["rolling_friction"],
-            rolling_model=g["rolling_model"],
-            rolling_damping=g["rolling_damping"],
-            wall_restitution=case["walls"]["restitution"],
+            wall_restitution=case.get("walls", {}).get("restitution", 0.0),
+            **{name: g[name] for name in SPREAD_AND_ROLLING if name in g},
         )
 
     def keys(self) -> dict[str, float | str]:

@@ -39,6 +39,17 @@ SCALARS = {
     "cpu_seconds_engine": "s",
 }
 
+SHARES = (  # accounts of the history that are told by their last value, over the energy released
+    "dissipated_normal",
+    "dissipated_tangential",
+    "dissipated_rolling",
+    "dissipated_wall",
+    "gate_work",
+    "dissipated_short",
+    "dissipated_enduring",
+    "unaccounted",
+)
+
 
 def quantile(x: np.ndarray, mass: np.ndarray, share: float) -> float:
     """Where `share` of the mass (n,) has been passed, of grains at x (n,), sorted.
@@ -96,16 +107,7 @@ def scalars(path: Path) -> dict[str, float]:
                 for name in ("void_ratio", "lateral_stress_ratio", "coordination", "grains")
             },
         }
-        for name in (
-            "dissipated_normal",
-            "dissipated_tangential",
-            "dissipated_rolling",
-            "dissipated_wall",
-            "gate_work",
-            "dissipated_short",
-            "dissipated_enduring",
-            "unaccounted",
-        ):
+        for name in SHARES:
             absent = 0.0 if name in ("dissipated_rolling", "gate_work") else np.nan
             out[name] = energy[name][-1] / released if name in energy else absent
         for k, name in ((0, "enduring_half_threshold"), (2, "enduring_double_threshold")):

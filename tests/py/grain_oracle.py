@@ -40,6 +40,7 @@ class State:
         self.walls = [one for plane in planes for one in self.touching(plane)]
         self.friction_of_walls()
 
+    # long: one contact law, term by term
     def pair(self, row) -> dict:
         g, a = self.g, self.atoms
         i, j = self.place[int(row[0])], self.place[int(row[1])]
