@@ -86,6 +86,9 @@ Card take_card(GivenValues& given) {
              key);
     read.grains.insert(std::move(fitted));
   }
+  for (const char* key : {"sizes", "size_spread", "rolling_friction"})  // else equal, and none
+    if (auto fitted = read.constants.extract(std::string("grains.") + key))
+      read.grains.insert(std::move(fitted));
   std::erase_if(read.constants, [](const auto& one) { return one.first.starts_with("grains."); });
   given.insert(read.constants.begin(), read.constants.end());
   return read;

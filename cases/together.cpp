@@ -66,6 +66,12 @@ bool is_chute(const Values& scene) {
   return scene.has("geometry.scene") && scene.word("geometry.scene") == "chute";
 }
 
+namespace {
+
+constexpr double least_restitution = 0.06;  // that of grains.restitution, for the engine's damping
+
+}  // namespace
+
 void check_scene(const Values& c) {
   const auto where = [&](const std::string& key) { return c.where(key); };
   const auto pair = [&](const std::string& choice, const std::string& with,
@@ -84,6 +90,11 @@ void check_scene(const Values& c) {
   if (c.word("walls.gate") == "lifted" && c.number("walls.gate_speed") == 0)
     refuse(where("walls.gate_speed"),
            "walls.gate_speed = 0 contradicts walls.gate = \"lifted\" (it would never open)");
+  if (const double e = c.number("walls.restitution"); e > 0.0 && e < least_restitution)
+    refuse(where("walls.restitution"),
+           "walls.restitution = {:g} is out of bounds (outside {:g} .. 1; 0 means "
+           "grains.restitution)",
+           e, least_restitution);
   if (c.word("geometry.dimension") == "axisymmetric" && c.word("walls.front_back") == "periodic")
     refuse(where(c.given("walls.front_back") ? "walls.front_back" : "geometry.dimension"),
            "walls.front_back = \"periodic\" contradicts geometry.dimension = \"axisymmetric\" (a "

@@ -19,6 +19,7 @@ DOCS = {
     "elastic": ("J", "elastic energy of all contacts"),
     "elastic_normal": ("J", "of it: normal, grain-grain"),
     "elastic_tangential": ("J", "of it: tangential, grain-grain"),
+    "elastic_rolling": ("J", "of it: rolling resistance, grain-grain"),
     "elastic_wall": ("J", "of it: in contacts with walls"),
     "fluctuation": (
         "J",
@@ -26,8 +27,10 @@ DOCS = {
     ),
     "dissipated_normal": ("J", "by normal damping between grains"),
     "dissipated_tangential": ("J", "by friction and tangential damping between grains"),
-    "dissipated_base": ("J", "of these two: in contacts with glued grains"),
+    "dissipated_rolling": ("J", "by rolling resistance between grains"),
+    "dissipated_base": ("J", "of these: in contacts with glued grains"),
     "dissipated_wall": ("J", "in contacts with walls"),
+    "gate_work": ("J", "done on the grains by the gate that rises"),
     "dissipated_short": (
         "J",
         "between grains, by contacts shorter than dem.lifetime_threshold binary contact times",
@@ -35,7 +38,7 @@ DOCS = {
     "dissipated_enduring": ("J", "between grains, by the longer ones"),
     "dissipated": ("J", "sampled dissipation, all of it"),
     "driven": ("J", "work of gravity along the slope of a chute since the release"),
-    "unaccounted": ("J", "initial energy + driven - held - dissipated"),
+    "unaccounted": ("J", "initial energy + driven + work of the gate - held - dissipated"),
     "time_step": ("s", "of the integration"),
 }
 
@@ -51,17 +54,22 @@ class Audit:
         threshold: float,
         start: Moment,
         radial: bool,
+        lifted: bool = False,
         drive: Drive | None = None,
     ):
         """interval: between samples [s], one time step if `every_step`; unit: binary contact time
         [s]; threshold: of an enduring contact, in units; start: at the release; radial: whether
-        means depend on the distance from the y axis, not on x; drive: of a chute.
+        means depend on the distance from the y axis, not on x; lifted: whether a gate rises; drive:
+        of a chute.
         """
         self.interval, self.unit, self.radial = interval, unit, radial
         self.accounts = Accounts(start, interval, every_step, unit, threshold)
+        self.absent = () if start.grains.rolls else ("elastic_rolling", "dissipated_rolling")
+        self.absent += () if lifted else ("gate_work",)
         self.rows: dict[str, list[float]] = defaultdict(list)
         self.enduring: list[np.ndarray] = []
-        self.force_error, self.drive = 0.0, drive
+        self.errors: tuple[float, float] = (0.0, 0.0)  # of forces [N] and torques [N m]
+        self.drive = drive
         self.initial, self.dt = start.held.total, start.dt
         self.row(start, 0.0)
 
@@ -71,7 +79,7 @@ class Audit:
             "accounts": self.accounts.state(),
             "rows": np.array(list(self.rows.values())),
             "enduring": np.array(self.enduring),
-            "force_error": np.array(self.force_error),
+            "errors": np.array(self.errors),
             "initial": np.array(self.initial),
         } | (self.drive.state() if self.drive else {})
 
@@ -80,16 +88,17 @@ class Audit:
         self.accounts.take_up(kept["accounts"])
         self.rows = defaultdict(list, zip(self.rows, kept["rows"].tolist()))
         self.enduring = list(kept["enduring"])
-        self.force_error, self.initial = float(kept["force_error"]), float(kept["initial"])
+        self.initial = float(kept["initial"])
+        self.errors = (float(kept["errors"][0]), float(kept["errors"][1]))
         if self.drive:
             self.drive.take_up(kept)
 
     def row(self, moment: Moment, time: float) -> None:
         """One line of the history."""
-        gone, enduring, self.force_error = self.accounts.row(moment)
-        held, pairs = moment.held, gone.normal + gone.tangential
+        gone, enduring, self.errors = self.accounts.row(moment)
+        held, pairs = moment.held, gone.pairs
         driven = {"driven": self.drive.look(moment)} if self.drive else {}
-        given = self.initial + driven.get("driven", 0.0)
+        given = self.initial + driven.get("driven", 0.0) + gone.driven
         values = {
             "time": time,
             "kinetic": held.kinetic,
@@ -98,12 +107,15 @@ class Audit:
             "elastic": held.elastic,
             "elastic_normal": held.normal,
             "elastic_tangential": held.tangential,
+            "elastic_rolling": held.rolling,
             "elastic_wall": held.wall,
             "fluctuation": fluctuation_energy(moment.atoms, moment.grains, self.radial),
             "dissipated_normal": gone.normal,
             "dissipated_tangential": gone.tangential,
+            "dissipated_rolling": gone.rolling,
             "dissipated_base": gone.base,
             "dissipated_wall": gone.wall,
+            "gate_work": gone.driven,
             "dissipated_short": pairs - enduring[1],
             "dissipated_enduring": enduring[1],
             "dissipated": pairs + gone.wall,
@@ -111,7 +123,8 @@ class Audit:
             "time_step": self.dt,
         } | driven
         for name, value in values.items():
-            self.rows[name].append(float(value))
+            if name not in self.absent:
+                self.rows[name].append(float(value))
         self.enduring.append(enduring)
 
 

@@ -101,7 +101,7 @@ class Column:
         self.case, self.grains, self.plan = case, Grains.of(case), Plan.of(case)
         geometry, walls = case["geometry"], case["walls"]
         self.pull, self.weight = gravity_of(geometry)
-        self.engine = Liggghts(log)
+        self.engine = Liggghts(log, self.grains)
         self.lifted = walls["gate"] == "lifted" if kept is None else bool(kept["lifted"])
         if kept is None:
             begin = settled(case, self.grains, packing, log.parent)
@@ -115,7 +115,7 @@ class Column:
         self.count, self.walls = self.engine.count(), scene.planes(case, self.grains)
         self.periods = scene.periods(case)
         self.moment = Moment(self.grains, self.plan.dt, self.weight, pull=self.pull, **self.periods)
-        beyond = geometry["height"] + self.grains.diameter
+        beyond = geometry["height"] + self.grains.largest
         speed = walls["gate_speed"]
         self.gate_gone = beyond / speed if walls["gate"] == "lifted" else 0.0  # [s]
 
@@ -162,7 +162,10 @@ class Column:
         mobile = self.engine.integers("type") == scene.TYPES["grain"]
         mobile &= ~scene.beyond_floor(self.engine.vectors("x"), self.case)
         v = self.engine.vectors("v")[mobile]
-        return self.grains.mass / 2 * float((v * v).sum())
+        if self.grains.even:
+            return self.grains.mass / 2 * float((v * v).sum())
+        mass = self.engine.scalars("rmass")[mobile]
+        return float(mass @ (v * v).sum(axis=1)) / 2
 
     def drop_gate(self, now: float) -> None:
         """Removes a gate that has been lifted beyond the column."""
@@ -239,8 +242,8 @@ class Collapse:
         with self.spent.on("output"):
             self.keeper.merge(self.result.file)
             write_history(self.result, self.audit, self.sampled)
-            error = self.audit.force_error
-            finish(self.result, self.packing, self.case, shot, plan, reason, self.step, error)
+            errors = self.audit.errors
+            finish(self.result, self.packing, self.case, shot, plan, reason, self.step, errors)
         cpu, wall = self.taken()
         close(self.result, cpu, wall, self.spent.attributes())
 
@@ -347,6 +350,7 @@ def audit_of(case: dict, column: Column) -> Audit:
         case["dem"]["lifetime_threshold"],
         column.look(0.0),
         scene.axisymmetric(case),
+        case["walls"]["gate"] == "lifted",
         drive_of(case, column.grains),
     )
 
@@ -368,7 +372,7 @@ def finish(
     plan: Plan,
     reason: str,
     step: int,
-    force_error: float,
+    errors: tuple[float, float],
 ) -> None:
     """Puts into a result its packing and what is known only at the end."""
     result.packing(packing / "packing.h5")
@@ -378,9 +382,9 @@ def finish(
         end_reason=reason,
         steps=step,
         time_scale=plan.scale,
-        force_error=force_error,
         grains_beyond_floor=int(beyond.sum()),
     )
+    result.checks(shot, *errors)
 
 
 def close(result: Result, cpu: float, wall: float, parts: dict[str, float]) -> None:

@@ -119,7 +119,7 @@ def place(
     free = case | {"walls": case["walls"] | {"front_back": "smooth"}}
     size = LANE * d * (5 + lanes.size // 4)
     box = f"region domain block 0 {size} 0 {size} 0 {size} units box\ncreate_box 5 domain"
-    engine = Liggghts(log)
+    engine = Liggghts(log, grains)
     engine.commands(scene.beginning(free, grains, box, grains.young_modulus))
     engine.commands(scene.material(free, grains, grains.young_modulus, grains.friction))
     engine.create(np.vstack([centre - half, centre + half]))

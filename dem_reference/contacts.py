@@ -38,6 +38,8 @@ class Snapshot:
         self._arrays = {
             name: np.ascontiguousarray(self.atoms[name], kind) for name, kind in ARRAYS.items()
         }
+        if "radius" in self.atoms:
+            self._arrays["radius"] = np.ascontiguousarray(self.atoms["radius"])
         rows = np.ascontiguousarray(self.rows, float)
         walls = planes_of(self.planes)
         self.moment.look(atoms_of(self._arrays), rows.ctypes.data, len(rows), walls)
@@ -45,15 +47,32 @@ class Snapshot:
         self._pairs(self.moment.pairs)
         self.wall = WallContacts(self.moment.touches)
 
+    @property
+    def radius(self) -> np.ndarray | float:
+        """Of each grain (n,), or of all [m]."""
+        return self.atoms.get("radius", self.grains.radius)
+
+    @property
+    def volume(self) -> np.ndarray:
+        """Of each grain (n,) [m3]."""
+        if "radius" not in self.atoms:
+            return np.full(self.mobile.size, self.grains.volume)
+        return 4 / 3 * np.pi * self.atoms["radius"] ** 3
+
+    def of_mobile(self, values: np.ndarray | float) -> np.ndarray | float:
+        """Those of the moving grains, of what each has or all have."""
+        return values[self.mobile] if isinstance(values, np.ndarray) else values
+
     def _pairs(self, pairs: np.ndarray) -> None:
         assert pairs.dtype == PAIR
         self.i, self.j = pairs["first"], pairs["second"]
         self.branch, self.normal = pairs["branch"], pairs["normal"]
         self.overlap, self.arm = pairs["overlap"], pairs["arm"][:, None]
         self.force = pairs["force"]  # on the first grain, from the second
-        self.elastic_parts = pairs["elastic"]  # U_n and U_t of each contact (n, 2) [J]
-        self.power_parts = pairs["power"]  # P_n and P_t of each contact (n, 2) [W]
-        # -F_n u_n and -F_t . u_t of each contact (n, 2) [W]: taken from its grains' motion
+        self.torque = pairs["torque"]  # of rolling resistance, on the first grain
+        self.elastic_parts = pairs["elastic"]  # U_n, U_t and U_r of each contact (n, 3) [J]
+        self.power_parts = pairs["power"]  # P_n, P_t and P_r of each contact (n, 3) [W]
+        # -F_n u_n, -F_t . u_t, M . w of each contact (n, 3) [W]: taken from its grains' motion
         self.work_rate_parts = pairs["work_rate"]
 
 

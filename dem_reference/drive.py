@@ -18,7 +18,7 @@ class Drive:
 
     def __init__(self, case: dict, grains: Grains):
         self.length = case["geometry"]["length"]
-        self.force = grains.mass * gravity_of(case["geometry"])[0]  # [N]
+        self.grains, self.pull = grains, gravity_of(case["geometry"])[0]  # [m/s2]
         self.work = 0.0  # [J]
         self.places = np.empty(0)  # x of the moving grains in the order of their ids [m]
 
@@ -29,11 +29,17 @@ class Drive:
         x = array(atoms.x, np.float64, count, 3)[:, 0]
         mobile = array(atoms.type, np.int32, count) == TYPES["grain"]
         ids = array(atoms.id, np.int32, count)[mobile]
-        places = x[mobile][np.argsort(ids)]
+        order = np.argsort(ids)
+        places = x[mobile][order]
         if self.places.size:
             way = places - self.places
             way -= self.length * np.rint(way / self.length)
-            self.work += self.force * float(way.sum())
+            if self.grains.even:
+                self.work += self.pull * self.grains.mass * float(way.sum())
+            else:
+                radius = array(atoms.radius, np.float64, count)[mobile][order]
+                masses = self.grains.density * np.pi * 4.0 / 3.0 * radius**3
+                self.work += self.pull * float(masses @ way)
         self.places = places
         return self.work
 

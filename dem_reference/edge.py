@@ -35,37 +35,49 @@ KEPT = (
 )
 
 
-def edge(distance: np.ndarray, diameter: float, *, width: float | None = None) -> float:
+def edge(
+    distance: np.ndarray,
+    diameter: float,
+    *,
+    width: float | None = None,
+    area: np.ndarray | None = None,
+) -> float:
     """Where the deposit ends [m].
 
     Near side of the first strip, one diameter wide, with less than SHARE of a close-packed
     monolayer. Followed outwards, so that a few grains that came to rest together far ahead do not
     count. distance: of the grains (n,) [m], from the wall of a slab of `width` [m], or from the
-    axis of a quarter of a cylinder when there is none.
+    axis of a quarter of a cylinder when there is none. area: of each grain over that of one of
+    `diameter` (n,), where they are not alike.
     """
-    count = np.bincount((distance / diameter).astype(int))
+    count = np.bincount((distance / diameter).astype(int), area)
     k = np.arange(count.size)
-    area = (
+    strip = (
         np.full(count.size, width * diameter) if width else np.pi / 4 * diameter**2 * (2 * k + 1)
     )
     grain = np.sqrt(3) / 2 * diameter**2  # area of a grain in a close-packed layer
-    thin = np.flatnonzero(count * grain < SHARE * area)
+    thin = np.flatnonzero(count * grain < SHARE * strip)
     return float(thin[0] if thin.size else count.size) * diameter
 
 
 def row(path: Path) -> dict[str, float]:
     """Aspect ratio, run-out by the edge of the deposit [L0], and what summary.py says."""
     with reading.result(path) as file:
-        geometry = parse(reading.attributes(file)["case_resolved"], path).values["geometry"]
+        case = parse(reading.attributes(file)["case_resolved"], path)
+        geometry = case.values["geometry"]
         cloud = reading.group(file, f"data/{file.attrs['steps']}/particles/cloud")
         grains = reading.values(cloud, "kind") == 1
         x, _, z = reading.vectors(cloud, "position", len(grains))[grains].T
-        d = 2 * float(reading.values(cloud, "radius", len(grains))[0])
+        radius = reading.values(cloud, "radius", len(grains))[grains]
+        d, area = 2 * float(radius[0]), None
+        if case["grains.size_spread"]:
+            d = case["grains.diameter"] * case["dem.coarsening"]
+            area = (2 * radius / d) ** 2
     radial = geometry["dimension"] == "axisymmetric"
     front = (
-        edge(np.hypot(x, z), d)
+        edge(np.hypot(x, z), d, area=area)
         if radial
-        else edge(np.maximum(x, 0), d, width=geometry["thickness"])
+        else edge(np.maximum(x, 0), d, width=geometry["thickness"], area=area)
     )
     found = scalars(path)
     return {

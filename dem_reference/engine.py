@@ -12,11 +12,11 @@ import numpy as np
 
 from cases.errors import EngineError
 
-from .moment import ARRAYS, VECTORS, Atoms, array
+from .grains import Grains
+from .moment import ARRAYS, PLAIN_COLUMNS, ROLLING_COLUMNS, VECTORS, Atoms, array
 from .moment import library as ledger
 
 LIBRARY = "libliggghts.so.3"
-CONTACT_COLUMNS = 7  # of `compute pairs`, see scripts/bodies.in
 
 
 def load_library() -> ctypes.CDLL:
@@ -42,8 +42,13 @@ class Liggghts:
     write every name that a folder may have, so files are named without their folder.
     """
 
-    def __init__(self, log: Path):
+    def __init__(self, log: Path, grains: Grains | None = None):
+        """grains: what its contacts hold, and whether its grains are told their sizes, follows
+        them; none: equal ones without rolling resistance.
+        """
         self.library = load_library()
+        self.columns = ROLLING_COLUMNS if grains and grains.rolls else PLAIN_COLUMNS
+        self.sized = grains is not None and not grains.even
         os.chdir(log.parent)
         # The screen may not be `none`: insert/pack writes to it without asking. The log carries
         # the errors.
@@ -88,10 +93,12 @@ class Liggghts:
     def atoms(self) -> dict[str, np.ndarray]:
         """Copies of what the grains carry now, in the engine's order.
 
-        x, v, f, omega, torque: (n, 3) [m, m/s, N, 1/s, N m]; id, type: (n,) integers.
+        x, v, f, omega, torque: (n, 3) [m, m/s, N, 1/s, N m]; id, type: (n,) integers; of grains of
+        several sizes radius (n,) [m].
         """
         out = {name: self.vectors(name).copy() for name in VECTORS}
-        return out | {name: self.integers(name).copy() for name in ("id", "type")}
+        out |= {name: self.integers(name).copy() for name in ("id", "type")}
+        return out | ({"radius": self.scalars("radius").copy()} if self.sized else {})
 
     def vectors(self, name: str) -> np.ndarray:
         """The engine's own x, v, f, omega or torque of every grain, (n, 3), to read or to set.
@@ -105,6 +112,21 @@ class Liggghts:
         """Its own id or type of every grain (n,): a view, as `vectors`."""
         address = self.library.lammps_extract_atom(self._instance, name.encode())
         return array(address, np.int32, self.count())
+
+    def scalars(self, name: str) -> np.ndarray:
+        """Its own radius [m] or rmass [kg] of every grain (n,): a view, as `vectors`."""
+        address = self.library.lammps_extract_atom(self._instance, name.encode())
+        return array(address, np.float64, self.count())
+
+    def resize(self, ids: np.ndarray, diameters: np.ndarray, density: float) -> None:
+        """Gives the grains of `ids` (n,) their `diameters` (n,) [m] and masses; the next set-up
+        takes them up.
+        """
+        own = self.integers("id")
+        place = np.zeros(own.max() + 1, int)
+        place[own] = np.arange(own.size)
+        self.scalars("radius")[place[ids]] = diameters / 2
+        self.scalars("rmass")[place[ids]] = density * np.pi / 6 * diameters**3
 
     def scalar(self, compute: str) -> float:
         """Value of a global compute at this instant."""
@@ -143,8 +165,10 @@ class Liggghts:
             name: self.library.lammps_extract_atom(self._instance, name.encode()) for name in ARRAYS
         }
         rows = {name: _first_row(pointers[name]) for name in VECTORS}
-        n = self.count()
-        return Atoms(n, n, *(pointers | rows).values())
+        n, radius = self.count(), None
+        if self.sized:
+            radius = self.library.lammps_extract_atom(self._instance, b"radius")
+        return Atoms(n, n, *(pointers | rows).values(), radius)
 
     def held_contacts(self) -> tuple[int | None, int]:
         """Where the engine holds its grain-grain contacts, and how many: rows as of `contacts`,
@@ -156,14 +180,14 @@ class Liggghts:
             return None, 0
         address = self.library.lammps_extract_compute(self._instance, b"pairs", 2, 2)
         first = _first_row(address)
-        return first, ledger().contact_count(first, total)
+        return first, ledger().contact_count(first, total, self.columns)
 
     def contacts(self) -> np.ndarray:
         """Every grain-grain contact, (n, 7): first and second id, periodic flag, spring s (3) and
-        overlap.
+        overlap; with rolling resistance (n, 10), its spring's torque before the overlap.
         """
         address, count = self.held_contacts()
-        return array(address, np.float64, count, CONTACT_COLUMNS).copy()
+        return array(address, np.float64, count, self.columns).copy()
 
 
 def _first_row(address: int) -> int:

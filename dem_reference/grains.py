@@ -11,10 +11,26 @@ tangential spring:
     gamma_n = -2 sqrt(5/6) beta sqrt(S_n m*),  S_n = 2 Y* sqrt(R* delta)
     gamma_t = -2 sqrt(5/6) beta sqrt(S_t m*),  S_t = k_t = 8 G* sqrt(R* delta)
     beta = ln e / sqrt(ln^2 e + pi^2)
+
+of grains with radii R_1, R_2 and masses m_1, m_2: 1/R* = 1/R_1 + 1/R_2, 1/m* = 1/m_1 + 1/m_2.
+Rolling resistance, where grains.rolling_friction mu_r is not zero: a torque -M on the first, M on
+the second, of a spring that the relative spin w_t across n winds up (Ai et al. 2011; Wensrich and
+Katterfeld 2012; `rolling_friction epsd` and `epsd2`):
+
+    dM_s/dt = k_r w_t, cut to |M_s| <= mu_r |F_n| R*
+    epsd:   k_r = 9/4 (F_Hertz/delta) mu_r^2 R*^2
+            M = M_s + 2 eta_r sqrt(I_r k_r) w_t while |M_s| is below its bound, M_s otherwise
+            1/I_r = 1/(7/5 m_1 R_1^2) + 1/(7/5 m_2 R_2^2)
+    epsd2:  k_r = k_t R*^2,  M = M_s
+
+Spins about n are free. Between grains, glued ones too, and at Coulomb walls, where R* = R and
+I_r = 7/5 m R^2; a smooth wall resists no rolling.
 """
 
 from dataclasses import dataclass
 from math import log, pi, sqrt
+
+import numpy as np
 
 from cases.errors import CaseError, Failure
 
@@ -24,13 +40,19 @@ from cases.errors import CaseError, Failure
 LEAST_STEPS_PER_CONTACT = 10
 # Above this fraction of the Rayleigh time LIGGGHTS' own check (fix check/timestep/gran) warns.
 LARGEST_RAYLEIGH_FRACTION = 0.25
+# Keys of [grains] that a scene may leave to their defaults.
+ROLLING = ("rolling_friction", "rolling_model", "rolling_damping")
+SPREAD_AND_ROLLING = ("sizes", "size_spread", *ROLLING)
 # Bounds LIGGGHTS puts on the Young modulus in SI units unless told otherwise [Pa].
 PLAIN_YOUNG_MODULUS = (5e6, 1e9)
 
 
 @dataclass(frozen=True)
 class Grains:
-    """Equal spheres of one material; SI units."""
+    """Spheres of one material, equal unless size_spread s says otherwise: then their diameters lie
+    on d (1 - s) .. d (1 + s), evenly by number, or half of them are d (1 - s), half d (1 + s). SI
+    units; what is told of "one grain" is of one of diameter d.
+    """
 
     diameter: float  # d [m]
     density: float  # rho_s [kg/m3]
@@ -38,6 +60,12 @@ class Grains:
     poisson_ratio: float  # nu [-]
     restitution: float  # e_n [-]
     friction: float  # mu [-]
+    sizes: str = "uniform"  # or "two"
+    size_spread: float = 0.0  # s [-]
+    rolling_friction: float = 0.0  # mu_r [-]
+    rolling_model: str = "epsd"  # or "epsd2"
+    rolling_damping: float = 0.3  # eta_r [-]
+    wall_restitution: float = 0.0  # of grains at walls [-]; 0: restitution
 
     @classmethod
     def of(cls, case: dict, young_modulus: float | None = None) -> "Grains":
@@ -53,6 +81,46 @@ class Grains:
             poisson_ratio=g["poisson_ratio"],
             restitution=g["restitution"],
             friction=g["friction"],
+            wall_restitution=case.get("walls", {}).get("restitution", 0.0),
+            **{name: g[name] for name in SPREAD_AND_ROLLING if name in g},
+        )
+
+    def keys(self) -> dict[str, float | str]:
+        """As keys of a scene."""
+        values = dict(vars(self))
+        at_wall = values.pop("wall_restitution")
+        return {f"grains.{name}": value for name, value in values.items()} | {
+            "walls.restitution": at_wall
+        }
+
+    @property
+    def even(self) -> bool:
+        """Whether all have one diameter."""
+        return self.size_spread == 0.0
+
+    @property
+    def rolls(self) -> bool:
+        """Whether contacts resist rolling."""
+        return self.rolling_friction > 0.0
+
+    @property
+    def smallest(self) -> float:
+        """Least diameter [m]."""
+        return self.diameter * (1 - self.size_spread)
+
+    @property
+    def largest(self) -> float:
+        """Largest diameter [m]."""
+        return self.diameter * (1 + self.size_spread)
+
+    def diameters(self, count: int, random: np.random.Generator) -> np.ndarray:
+        """Of `count` grains in random order (count,) [m]: the quantiles (k + 1/2)/count of the
+        distribution, so that few grains have its moments too.
+        """
+        share = random.permutation(count)
+        quantile = (2 * share + 1) / count - 1
+        return self.diameter * (
+            1 + self.size_spread * (np.sign(quantile) if self.sizes == "two" else quantile)
         )
 
     @property
@@ -63,6 +131,23 @@ class Grains:
     def volume(self) -> float:
         """Of one grain [m3]."""
         return pi / 6 * self.diameter**3
+
+    @property
+    def mean_volume(self) -> float:
+        """Of the grains by number [m3]: E[d^3] = d^3 (1 + s^2), of two sizes d^3 (1 + 3 s^2)."""
+        return self.volume * (1 + (3 if self.sizes == "two" else 1) * self.size_spread**2)
+
+    @property
+    def d43(self) -> float:
+        """E[d^4]/E[d^3] [m], which maps call the diameter of grains of several sizes."""
+        s = self.size_spread**2
+        fourth = 1 + 6 * s + s * s if self.sizes == "two" else 1 + 2 * s + s * s / 5
+        return self.diameter * fourth * self.volume / self.mean_volume
+
+    @property
+    def mean_mass(self) -> float:
+        """Of the grains by number [kg]."""
+        return self.density * self.mean_volume
 
     @property
     def mass(self) -> float:
@@ -86,18 +171,22 @@ class Grains:
     @property
     def damping_factor(self) -> float:
         """-2 sqrt(5/6) beta, so that gamma = damping_factor sqrt(S m*) >= 0 [-]."""
-        ln_e = log(self.restitution)
-        return -2 * sqrt(5 / 6) * ln_e / sqrt(ln_e**2 + pi**2)
+        return damping_factor(self.restitution)
+
+    @property
+    def wall_damping_factor(self) -> float:
+        """The same at walls."""
+        return damping_factor(self.wall_restitution or self.restitution)
 
     def rayleigh_time(self) -> float:
-        """Time a Rayleigh wave takes over half a grain's circumference [s].
+        """Time a Rayleigh wave takes over half the smallest grain's circumference [s].
 
         pi r sqrt(rho/G) / (0.1631 nu + 0.8766).
         """
         shear_modulus = self.young_modulus / (2 * (1 + self.poisson_ratio))
         return (
             pi
-            * self.radius
+            * (self.smallest / 2)
             * sqrt(self.density / shear_modulus)
             / (0.1631 * self.poisson_ratio + 0.8766)
         )
@@ -119,6 +208,12 @@ class Grains:
         return inertial_number * sqrt(pressure / self.density) / self.diameter
 
 
+def damping_factor(restitution: float) -> float:
+    """-2 sqrt(5/6) beta of a restitution [-]."""
+    ln_e = log(restitution)
+    return -2 * sqrt(5 / 6) * ln_e / sqrt(ln_e**2 + pi**2)
+
+
 def time_step(grains: Grains, fraction: float, height: float, gravity: float) -> float:
     """Time step [s] = fraction of the Rayleigh time.
 
@@ -132,7 +227,7 @@ def time_step(grains: Grains, fraction: float, height: float, gravity: float) ->
             f"(at most {LARGEST_RAYLEIGH_FRACTION:g}) lower it",
             Failure.REFUSED,
         )
-    steps = grains.contact_time(speed) / dt
+    steps = grains.contact_time(speed) * (1 - grains.size_spread) / dt  # of the smallest: as d
     if steps < LEAST_STEPS_PER_CONTACT:
         raise CaseError(
             f"dem.time_step_fraction: a grain that falls from H = {height:g} m hits for "

@@ -47,6 +47,7 @@ def fields(shot: Snapshot, length: float, height: float, thickness: float) -> di
     nx, ny = x_faces.size - 1, y_faces.size - 1
     cell_volume = np.outer(np.diff(x_faces), np.diff(y_faces)) * thickness
     grain = shot.atoms["x"][shot.mobile][:, :2]
+    radius = shot.of_mobile(shot.radius)
     solid = np.empty((nx, ny))
     open_x, open_y = x_faces.copy(), y_faces.copy()
     open_x[[0, -1]] = (
@@ -58,13 +59,12 @@ def fields(shot: Snapshot, length: float, height: float, thickness: float) -> di
         max(height, grain[:, 1].max()) + g.diameter,
     )
     for a in range(nx):
-        near = grain[
-            (grain[:, 0] > open_x[a] - g.radius) & (grain[:, 0] < open_x[a + 1] + g.radius)
-        ]
+        column = (grain[:, 0] > open_x[a] - radius) & (grain[:, 0] < open_x[a + 1] + radius)
+        near, of_near = grain[column], radius[column] if isinstance(radius, np.ndarray) else radius
         for b in range(ny):
             solid[a, b] = clipped_volume(
                 near,
-                g.radius,
+                of_near,
                 np.array([open_x[a], open_y[b]]),
                 np.array([open_x[a + 1], open_y[b + 1]]),
             ).sum()

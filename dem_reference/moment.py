@@ -19,6 +19,8 @@ from .scene import Plane
 
 LIBRARY = "grain_ledger.so"
 VECTORS = ("x", "v", "f", "omega", "torque")
+ROLLING = ("none", "epsd", "epsd2")  # places are the codes of moment.hpp
+PLAIN_COLUMNS, ROLLING_COLUMNS = 7, 10  # of the engine's contacts, as there
 
 
 class Scene(Structure):
@@ -34,6 +36,10 @@ class Scene(Structure):
             "contact_shear_modulus",
             "damping_factor",
             "friction",
+            "wall_damping_factor",
+            "rolling_model",
+            "rolling_friction",
+            "rolling_damping",
             "time_step",
             "gravity",
             "thickness",
@@ -44,15 +50,17 @@ class Scene(Structure):
 
 
 class Atoms(Structure):
-    """As in moment.hpp: addresses of arrays, (count, 3) and (count,)."""
+    """As in moment.hpp: addresses of arrays, (count, 3) and (count,); radius none where all grains
+    are alike.
+    """
 
     _fields_ = [(name, c_int64) for name in ("count", "owned")] + [
-        (name, c_void_p) for name in (*VECTORS, "id", "type")
+        (name, c_void_p) for name in (*VECTORS, "id", "type", "radius")
     ]
 
 
 class Held(Structure):
-    """As in moment.hpp [J]; force_error [N]."""
+    """As in moment.hpp [J]; force_error [N], torque_error [N m]."""
 
     _fields_ = [
         (name, c_double)
@@ -62,14 +70,16 @@ class Held(Structure):
             "potential",
             "normal",
             "tangential",
+            "rolling",
             "wall",
             "force_error",
+            "torque_error",
         )
     ]
 
     @property
     def elastic(self) -> float:
-        return self.normal + self.tangential + self.wall
+        return self.normal + self.tangential + self.rolling + self.wall
 
     @property
     def total(self) -> float:
@@ -87,7 +97,9 @@ class _View(Structure):
 
 
 class _Row(Structure):
-    _fields_ = [("dissipated", c_double * 4), ("enduring", c_double * 4), ("force_error", c_double)]
+    _fields_ = [("dissipated", c_double * 6), ("enduring", c_double * 4)] + [
+        (name, c_double) for name in ("force_error", "torque_error")
+    ]
 
 
 class _Classes(Structure):
@@ -102,14 +114,14 @@ PLANE = np.dtype(
 )
 PAIR = np.dtype(
     [(name, "i8") for name in ("first", "second", "counts", "key")]
-    + [(name, "f8", 3) for name in ("branch", "normal", "force")]
+    + [(name, "f8", 3) for name in ("branch", "normal", "force", "torque")]
     + [(name, "f8") for name in ("arm", "overlap")]
-    + [(name, "f8", 2) for name in ("elastic", "power", "work_rate")]
+    + [(name, "f8", 3) for name in ("elastic", "power", "work_rate")]
 )
 TOUCH = np.dtype(
     [(name, "i8") for name in ("grain", "code", "rough")]
     + [(name, "f8", 3) for name in ("normal", "branch", "force")]
-    + [(name, "f8") for name in ("overlap", "elastic", "power", "work_rate")]
+    + [(name, "f8") for name in ("overlap", "elastic", "power", "work_rate", "driven")]
 )
 
 
@@ -132,7 +144,7 @@ def library() -> ctypes.CDLL:
             *("moment_look", yes, handle, POINTER(Atoms), handle, c_int64),
             *(handle, c_int64, POINTER(_View)),
         ),
-        ("contact_count", c_int64, handle, real),
+        ("contact_count", c_int64, handle, real, c_int64),
         ("fluctuation", real, POINTER(Atoms), real, real, yes),
         ("accounts_new", handle, handle, real, yes, real, real),
         ("accounts_delete", None, handle),
@@ -170,7 +182,9 @@ def atoms_of(arrays: dict[str, np.ndarray], owned: int | None = None) -> Atoms:
     them the first `owned` are this rank's, all of them unless told.
     """
     n = len(arrays["id"])
-    return Atoms(n, n if owned is None else owned, *(arrays[name].ctypes.data for name in ARRAYS))
+    radius = arrays["radius"].ctypes.data if "radius" in arrays else None
+    places = (arrays[name].ctypes.data for name in ARRAYS)
+    return Atoms(n, n if owned is None else owned, *places, radius)
 
 
 ARRAYS = {name: np.float64 for name in VECTORS} | {"id": np.int32, "type": np.int32}
@@ -198,9 +212,10 @@ class Moment:
         """dt: time step [s]; gravity along -y and pull along x [m/s2]; thickness and length:
         periods along z and x [m].
         """
-        names = [name for name, _ in Scene._fields_[:7]]
-        values = [getattr(grains, name) for name in names]
-        scene = Scene(*values, dt, gravity, thickness or 0.0, length or 0.0, pull)
+        values = [getattr(grains, name) for name, _ in Scene._fields_[:8]]  # to the walls' damping
+        model = ROLLING.index(grains.rolling_model) if grains.rolls else 0
+        rolling = (model, grains.rolling_friction, grains.rolling_damping)
+        scene = Scene(*values, *rolling, dt, gravity, thickness or 0.0, length or 0.0, pull)
         self.library, self.grains, self.dt = library(), grains, dt
         self._handle, self._view = self.library.moment_new(byref(scene)), _View()
         self.atoms = Atoms()
@@ -250,8 +265,14 @@ class Sums(NamedTuple):
 
     normal: float
     tangential: float
-    base: float  # of these two: in contacts with glued grains
+    base: float  # of pairs: in contacts with glued grains
     wall: float
+    rolling: float
+    driven: float  # no dissipation: what walls that move have done on the grains
+
+    @property
+    def pairs(self) -> float:
+        return self.normal + self.tangential + self.rolling
 
 
 class Lifetimes(NamedTuple):
@@ -259,7 +280,7 @@ class Lifetimes(NamedTuple):
 
     edges: np.ndarray
     multiples: np.ndarray  # of the threshold: those whose split is kept over time
-    heat: np.ndarray  # normal, tangential (n + 1, 2) [J]
+    heat: np.ndarray  # normal, tangential, rolling (n + 1, 3) [J]
     contacts: np.ndarray  # how many
 
 
@@ -285,13 +306,14 @@ class Accounts:
         """One sample."""
         self.library.accounts_add(self._handle, moment.handle)
 
-    def row(self, moment: Moment) -> tuple[Sums, np.ndarray, float]:
-        """Dissipated by now; by contacts older than each threshold (4,) [J]; the largest force
-        error of the samples [N].
+    def row(self, moment: Moment) -> tuple[Sums, np.ndarray, tuple[float, float]]:
+        """Dissipated by now; by contacts older than each threshold (4,) [J]; the largest errors of
+        force [N] and torque [N m] of the samples.
         """
         row = _Row()
         self.library.accounts_row(self._handle, moment.handle, byref(row))
-        return Sums(*row.dissipated), np.array(row.enduring), row.force_error
+        errors = (row.force_error, row.torque_error)
+        return Sums(*row.dissipated), np.array(row.enduring), errors
 
     def by_grain(self, moment: Moment) -> np.ndarray:
         """Dissipated by now by the contacts of each grain, in the moment's order (n,) [J]."""
@@ -307,7 +329,7 @@ class Accounts:
         return Lifetimes(
             array(told.edges, np.float64, told.faces).copy(),
             array(told.multiples, np.float64, told.thresholds).copy(),
-            array(told.heat, np.float64, classes, 2).copy(),
+            array(told.heat, np.float64, classes, 3).copy(),
             array(told.count, np.int64, classes).copy(),
         )
 

@@ -50,6 +50,7 @@ class Result:
         order = np.argsort(shot.atoms["id"])
         a, g = {name: values[order] for name, values in shot.atoms.items()}, shot.grains
         ones = np.ones(order.size)
+        volume = shot.volume[order]
         record = partial(openpmd.record, cloud)
         record("position", a["x"], "m", np.float64)
         openpmd.offset(cloud, order.size)
@@ -57,9 +58,9 @@ class Result:
         record("angular_velocity", a["omega"], "1/s", np.float32)
         record("id", a["id"], "-", np.uint64)
         record("kind", np.where(a["type"] == TYPES["grain"], 1, 3), "-", np.int8)
-        record("mass", g.mass * ones, "kg", np.float64)
-        record("solid_volume", g.volume * ones, "m3", np.float64)
-        record("radius", g.radius * ones, "m", np.float64)
+        record("mass", g.mass * ones if g.even else g.density * volume, "kg", np.float64)
+        record("solid_volume", volume, "m3", np.float64)
+        record("radius", a.get("radius", g.radius * ones), "m", np.float64)
         if dissipated is not None:
             record("dissipated", dissipated[order], "J", np.float64)
         if contacts:
@@ -123,6 +124,11 @@ class Result:
                 "J",
                 "by class, over the whole run",
             ),
+            "dissipated_rolling": (
+                lifetimes.heat[:, 2],
+                "J",
+                "by class, over the whole run",
+            ),
             "contacts": (lifetimes.contacts, "-", "contacts of each class"),
             "multiples": (
                 lifetimes.multiples,
@@ -131,9 +137,23 @@ class Result:
             ),
             "dissipated_enduring": (np.array(audit.enduring), "J", "row of /energy x threshold"),
         }
+        if "dissipated_rolling" in audit.absent:
+            del columns["dissipated_rolling"]
         for name, (values, unit, doc) in columns.items():
             group[name] = values
             openpmd.describe(group[name], unit=unit, doc=doc)
+
+    def checks(self, shot: Snapshot, force_error: float, torque_error: float) -> None:
+        """What tells of grains and audit: errors of force [N] and, where grains resist rolling, of
+        torque [N m]; of grains of several sizes the diameter that maps call theirs [m].
+        """
+        openpmd.describe(self.file, force_error=force_error)
+        if shot.grains.rolls:
+            openpmd.describe(self.file, torque_error=torque_error)
+        if not shot.grains.even:
+            radius = shot.atoms["radius"][shot.mobile]
+            d43 = 2 * float((radius**4).sum() / (radius**3).sum())
+            openpmd.describe(self.file, diameter=d43)
 
     def packing(self, path: Path) -> None:
         """The packing's own description, copied."""

@@ -2,6 +2,7 @@
 
 Protocol of one attempt, the same for every case:
  1. grains placed at random without overlap, solid fraction 0.26, 4 % more than the column holds;
+    where their sizes are spread (grains.size_spread) all of the largest, then each takes its own;
  2. they fall onto the base and settle under gravity, soft (dem.packing_young_modulus), with a
     pouring friction mu_p and a viscous drag that limits their speed, until the mean kinetic energy
     of a grain is below 1e-4 m g d;
@@ -62,7 +63,7 @@ def drag(case: dict, grains: Grains, factor: float) -> float:
 
 def nominal_count(case: dict, grains: Grains) -> float:
     """Grains that a column of the asked void ratio holds."""
-    return scene.column_volume(case) / (1 + case["initial"]["void_ratio"]) / grains.volume
+    return scene.column_volume(case) / (1 + case["initial"]["void_ratio"]) / grains.mean_volume
 
 
 def squeeze(case: dict, grains: Grains) -> float:
@@ -84,7 +85,7 @@ def squeeze(case: dict, grains: Grains) -> float:
 
 def prepare(case: dict, seed: int, friction: float, damping: float, folder: Path, report) -> None:
     """One attempt, in this process; leaves packing.restart and packing.h5 in `folder`."""
-    attempt = Attempt(case, Liggghts(folder / "log"), report)
+    attempt = Attempt(case, Liggghts(folder / "log", Grains.of(case)), report)
     attempt.pour(seed, friction, damping)
     attempt.stiffen()
     attempt.cut()
@@ -115,6 +116,7 @@ class Attempt:
         self.dt = 0.0  # time step of the last phase [s]
         self.longest = 0.0  # any phase may take [s]
         self.poured = 0  # grains
+        self.diameters = np.empty(0)  # of the grains in the order of their ids, unless all are even
 
     def pour(self, seed: int, friction: float, damping: float) -> None:
         """1 and 2."""
@@ -131,9 +133,8 @@ class Attempt:
         engine.commands(scene.beginning(case, grains, box, soft))
         engine.commands(scene.material(case, grains, soft, friction))
         engine.commands(scene.glued_atoms(case, grains, seed))
-        engine.commands(
-            scene.bodies(case, grains, level=True) + "\n" + scene.gate(case) + "\n" + pour
-        )
+        gate = scene.gate(case, grains)
+        engine.commands(scene.bodies(case, grains, level=True) + "\n" + gate + "\n" + pour)
         engine.commands(f"thermo {PIECE}\ntimestep {self.dt:.17g}\nrun 1\nunfix pouring")
         self.poured = self.of_type("grain")
         if self.poured < count:
@@ -141,6 +142,9 @@ class Attempt:
                 f"packing: {self.poured} grains inserted of {count} asked (column too narrow for "
                 "random insertion)"
             )
+        if not grains.even:
+            self.diameters = grains.diameters(count, np.random.default_rng(seed))
+            self.resize(swelling)
         fall = sqrt(2 * top / gravity)
         terminal = grains.mass * gravity / max(drag(case, grains, damping), 1e-300)
         self.longest = 4 * (fall + top / terminal)
@@ -151,7 +155,11 @@ class Attempt:
         """3."""
         case, grains, engine = self.case, self.grains, self.engine
         self.dt = case["dem"]["time_step_fraction"] * grains.rayleigh_time()
-        engine.command(f"set group mobile density {grains.density} diameter {grains.diameter:.17g}")
+        if grains.even:
+            size = f"density {grains.density} diameter {grains.diameter:.17g}"
+            engine.command(f"set group mobile {size}")
+        else:
+            self.resize(1.0)
         engine.command(f"timestep {self.dt:.17g}")
         engine.commands(scene.material(case, grains, grains.young_modulus, grains.friction))
         engine.commands(f"fix drag mobile viscous {drag(case, grains, 1.0):.17g}\nrun 0")
@@ -168,6 +176,11 @@ class Attempt:
         if engine.count() != kept + self.of_type("glued"):
             raise EngineError("packing: LIGGGHTS lost grains", Failure.LOST_GRAINS)
 
+    def resize(self, swelling: float) -> None:
+        """Gives every grain its own diameter times `swelling`."""
+        ids = self.engine.integers("id")[self.engine.integers("type") == scene.TYPES["grain"]]
+        self.engine.resize(np.sort(ids), swelling * self.diameters, self.grains.density)
+
     def of_type(self, name: str) -> int:
         return int((self.engine.atoms()["type"] == scene.TYPES[name]).sum())
 
@@ -176,7 +189,9 @@ class Attempt:
 
         `span`: of the whole work, what this phase takes its report from and to.
         """
-        unit = grains * self.grains.mass * self.case["geometry"]["gravity"] * self.grains.diameter
+        unit = (
+            grains * self.grains.mean_mass * self.case["geometry"]["gravity"] * self.grains.diameter
+        )
         pieces = int(self.longest / self.dt / PIECE) + 1
         for piece in range(pieces):
             self.engine.advance(PIECE)
@@ -198,17 +213,19 @@ def describe(file: h5py.File, case: dict, shot: Snapshot) -> None:
     lower, upper = bulk(length, height, grains.diameter)
     stress = box_stress(shot, lower, upper, width)
     touching = shot.mobile[shot.i].astype(int) + shot.mobile[shot.j]
+    radius = shot.of_mobile(shot.radius)
+    solid = len(x) * grains.volume if grains.even else float(shot.volume[shot.mobile].sum())
     file.attrs.update(
-        void_ratio=void_ratio(x, grains.radius, lower, upper, width),
+        void_ratio=void_ratio(x, radius, lower, upper, width),
         void_ratio_asked=case["initial"]["void_ratio"],
-        void_ratio_overall=scene.column_volume(case) / (len(x) * grains.volume) - 1,
+        void_ratio_overall=scene.column_volume(case) / solid - 1,
         bulk_box=np.concatenate([lower, upper]),
         lateral_stress_ratio=stress[0, 0] / stress[1, 1],
         lateral_stress_ratio_z=stress[2, 2] / stress[1, 1],
         coordination=touching.sum() / len(x),
         grains=len(x),
         glued_grains=int((~shot.mobile).sum()),
-        mass=len(x) * grains.mass,
+        mass=len(x) * grains.mass if grains.even else grains.density * solid,
         largest_overlap=shot.overlap.max() / grains.diameter,
     )
     if scene.axisymmetric(case):
@@ -220,8 +237,7 @@ def describe(file: h5py.File, case: dict, shot: Snapshot) -> None:
         file[f"profile_{name}"].attrs["unit"] = units.get(name, "Pa")
     y = state["y"]
     file["profile_void_ratio_y"] = [
-        void_ratio(x, grains.radius, (lower[0], a), (upper[0], b), width)
-        for a, b in zip(y[:-1], y[1:])
+        void_ratio(x, radius, (lower[0], a), (upper[0], b), width) for a, b in zip(y[:-1], y[1:])
     ]
     file["profile_void_ratio_y"].attrs.update(
         unit="-", doc="void ratio of layers between the faces profile_y, 2.5 d away from the walls"

@@ -148,14 +148,42 @@ def pair_table(diagonal: float, **pairs: float) -> str:
     return " ".join(f"{value:.17g}" for value in table.ravel())
 
 
+def rolling(grains: Grains) -> str:
+    """Words that add rolling resistance to a contact model."""
+    return f" rolling_friction {grains.rolling_model}" if grains.rolls else ""
+
+
+def wall(grains: Grains) -> str:
+    """Words of a wall's contact model."""
+    return f"mobile wall/gran model hertz tangential history{rolling(grains)}"
+
+
+def rolling_properties(grains: Grains) -> str:
+    """Its property commands. A smooth wall resists no rolling, a Coulomb wall as a grain does."""
+    if not grains.rolls:
+        return ""
+    properties = {"RollingFriction": grains.rolling_friction}
+    if grains.rolling_model == "epsd":
+        properties["RollingViscousDamping"] = grains.rolling_damping
+    return "\n".join(
+        f"fix {name} all property/global coefficient{name} peratomtypepair 5 "
+        + pair_table(0.0, **{f"grain_{part}": value for part in ("grain", "glued", "base", "left")})
+        for name, value in properties.items()
+    )
+
+
 def material(case: dict, grains: Grains, young_modulus: float, friction: float) -> str:
     """Property commands with the given stiffness [Pa] and grain-grain friction."""
     walls = case["walls"]
+    at_wall = grains.wall_restitution or grains.restitution
     return render(
         "material",
         young=" ".join([f"{young_modulus:.17g}"] * 5),
         poisson=" ".join([f"{grains.poisson_ratio:.17g}"] * 5),
-        restitution=pair_table(grains.restitution),
+        restitution=pair_table(
+            grains.restitution, **{f"grain_{wall}": at_wall for wall in ("smooth", "base", "left")}
+        ),
+        rolling=rolling_properties(grains),
         friction=pair_table(
             0.0,
             grain_grain=friction,
@@ -185,6 +213,7 @@ def beginning(case: dict, grains: Grains, start: str, *young_moduli: float) -> s
         hardness=hardness(*young_moduli),
         start=start,
         skin=CELL_SKIN * grains.diameter,
+        rolling=rolling(grains),
     )
 
 
@@ -219,41 +248,39 @@ def glued_atoms(case: dict, grains: Grains, seed: int) -> str:
 def bodies(case: dict, grains: Grains, level: bool = False) -> str:
     """Gravity, walls, integration and the computes; `level`: as if the scene were not inclined."""
     walls = case["walls"]
-    wall = "fix {0} mobile wall/gran model hertz tangential history primitive type 2 zplane {1}"
-    both = [wall.format("front", 0.0)] + [wall.format("back", width(case))] * (
-        not axisymmetric(case)
-    )
+    sides = [("front", 0.0)] + [("back", width(case))] * (not axisymmetric(case))
+    both = [f"fix {name} {wall(grains)} primitive type 2 zplane {z}" for name, z in sides]
     pull, weight = (0.0, case["geometry"]["gravity"]) if level else gravity_of(case["geometry"])
-    left = "fix left mobile wall/gran model hertz tangential history primitive type {} xplane 0.0"
     left_type = TYPES["smooth" if walls["left"] == "smooth" else "left"]
+    left = f"fix left {wall(grains)} primitive type {left_type} xplane 0.0"
     return render(
         "bodies",
+        wall=wall(grains),
         gravity=case["geometry"]["gravity"],
         direction=f"{pull:.17g} {-weight:.17g} 0" if pull else "0 -1 0",
         weight=weight,
-        left="" if chute(case) else left.format(left_type),
+        left="" if chute(case) else left,
         floor=floor_height(case, grains),
         floor_type=TYPES["smooth" if walls["base"] == "glued" else "base"],
         front_and_back="\n".join(both if walls["front_back"] == "smooth" else []),
     )
 
 
-def gate(case: dict) -> str:
+def gate(case: dict, grains: Grains) -> str:
     """The closed gate: a smooth plane at x = L0, or a cylinder of R0 = L0 about the y axis; of a
     chute none.
     """
     if chute(case):
         return ""
     shape = "ycylinder {:.17g} 0 0" if axisymmetric(case) else "xplane {:.17g}"
-    return (
-        "fix gate mobile wall/gran model hertz tangential history primitive type 2 "
-        + shape.format(case["geometry"]["length"])
-    )
+    return f"fix gate {wall(grains)} primitive type 2 " + shape.format(case["geometry"]["length"])
 
 
 def pouring(case: dict, grains: Grains, count: int, seed: int) -> tuple[str, float]:
-    """Commands that place `count` grains at random above the base, and their height [m]."""
-    r, geometry = grains.radius, case["geometry"]
+    """Commands that place `count` grains, all of the largest diameter, at random above the base,
+    and their height [m].
+    """
+    r, geometry = grains.largest / 2, case["geometry"]
     inset = 0.0 if case["walls"]["front_back"] == "periodic" else r
     left = 0.0 if chute(case) else r
     right, back = geometry["length"] - left, (
@@ -261,7 +288,9 @@ def pouring(case: dict, grains: Grains, count: int, seed: int) -> tuple[str, flo
     )
     length = geometry["length"] - 2 * left
     area = np.pi / 4 * length**2 if axisymmetric(case) else length * (width(case) - 2 * inset)
-    top = grains.diameter + count * grains.volume / (POURING_SOLID_FRACTION * area)
+    top = grains.largest + count * (np.pi / 6 * grains.largest**3) / (
+        POURING_SOLID_FRACTION * area
+    )
     box = f"block {left} {right} {r} {top} {inset} {back} units box"
     region = (
         f"region box {box}\nregion cylinder cylinder y 0 0 {right} {r} {top} units box\n"
@@ -306,7 +335,7 @@ def lifted_gate(case: dict, grains: Grains, stl: Path) -> str:
     geometry = case["geometry"]
     x, top, width = (
         geometry["length"],
-        geometry["height"] + 2 * grains.diameter,
+        geometry["height"] + 2 * grains.largest,
         geometry["thickness"],
     )
     y = np.linspace(0, top, max(1, round(top / width)) + 1)
@@ -320,7 +349,7 @@ def lifted_gate(case: dict, grains: Grains, stl: Path) -> str:
     stl.write_text("\n".join([*lines, "endsolid gate", ""]))
     return (
         f"fix plate all mesh/surface file {stl.name} type {TYPES['smooth']}\n"
-        "fix gate mobile wall/gran model hertz tangential history mesh n_meshes 1 meshes plate\n"
+        f"fix gate {wall(grains)} mesh n_meshes 1 meshes plate\n"
         f"fix rise all move/mesh mesh plate linear 0 {case['walls']['gate_speed']:.17g} 0"
     )
 

@@ -25,7 +25,7 @@ from .audit import without_split
 from .collapse import Plan, close, finish, release
 from .contacts import Snapshot
 from .grains import Grains
-from .moment import fluctuation_energy
+from .moment import PLAIN_COLUMNS, ROLLING_COLUMNS, fluctuation_energy
 from .output import Result
 from .process import Report, last_error, refuse_full_disk, stopped
 
@@ -35,7 +35,14 @@ ATOMS = "id type x y z vx vy vz fx fy fz omegax omegay omegaz tqx tqy tqz"
 
 def script(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -> str:
     """The whole input: release, dumps, and a loop over frames that stops at rest."""
-    dumps = scene.render("dumps", atoms=ATOMS, frame=plan.frame)
+    columns = columns_of(grains)
+    dumps = scene.render(
+        "dumps",
+        atoms=ATOMS + ("" if grains.even else " radius"),
+        frame=plan.frame,
+        columns=" ".join(f"c_pairs[{k + 1}]" for k in range(columns)),
+        format=" ".join(["%.0f"] * 3 + ["%.17g"] * (columns - 3)),
+    )
     begin = release(case, grains, plan, packing, work).removesuffix("run 0")
     loop = scene.render(
         "loop",
@@ -91,7 +98,7 @@ def collapse_by_script(
             shot = Snapshot(
                 grains,
                 read_atoms(work / f"atoms.{step}.bin"),
-                read_contacts(work / f"pairs.{step}"),
+                read_contacts(work / f"pairs.{step}", columns_of(grains)),
                 plan.dt,
                 case["geometry"]["gravity"],
                 thickness,
@@ -110,7 +117,7 @@ def collapse_by_script(
         rows["time_step"] = np.full(len(history), plan.dt)
         result.history(without_split(rows))
         reason = "rest" if steps[-1] < plan.last else "maximum"
-        finish(result, packing, case, shot, plan, reason, steps[-1], 0.0)
+        finish(result, packing, case, shot, plan, reason, steps[-1], (0.0, 0.0))
         cpu, wall = sum(os.times()[2:4]) - began[1], time.monotonic() - began[0]
         close(result, cpu, wall, {})  # the program does not tell its steps from its start and dumps
 
@@ -169,13 +176,19 @@ def read_atoms(path: Path) -> dict[str, np.ndarray]:
         name: table[:, 2 + 3 * k : 5 + 3 * k].copy()
         for k, name in enumerate(("x", "v", "f", "omega", "torque"))
     }
-    return atoms | {"id": table[:, 0].astype(np.int64), "type": table[:, 1].astype(np.int64)}
+    atoms |= {"id": table[:, 0].astype(np.int64), "type": table[:, 1].astype(np.int64)}
+    return atoms | ({"radius": table[:, 17].copy()} if columns > 17 else {})
 
 
-def read_contacts(path: Path) -> np.ndarray:
-    """One frame of the local dump, as Liggghts.contacts gives them (n, 7)."""
+def columns_of(grains: Grains) -> int:
+    """Columns of a contact."""
+    return ROLLING_COLUMNS if grains.rolls else PLAIN_COLUMNS
+
+
+def read_contacts(path: Path, columns: int) -> np.ndarray:
+    """One frame of the local dump, as Liggghts.contacts gives them (n, columns)."""
     with path.open() as file:
         for line in file:
             if line.startswith("ITEM: ENTRIES"):
                 break
-        return np.loadtxt(file, ndmin=2).reshape(-1, 7)
+        return np.loadtxt(file, ndmin=2).reshape(-1, columns)

@@ -7,7 +7,8 @@ So that an engine's quirk is not taken for physics.
 Grains start from the same settled positions; the tangential springs, which no file carries over,
 build up again while the gate is still closed. The contact law is the same (Hertz, Mindlin, Tsuji
 damping with the same realised restitution), but for the tangential spring's rescaling with the
-overlap: trajectories differ, statistics should not.
+overlap: trajectories differ, statistics should not. Rolling resistance is LAMMPS' `rolling sds`
+(rolling_words says what differs).
 """
 
 import sys
@@ -30,7 +31,7 @@ from .collapse import Plan
 from .ensemble import save
 from .grains import Grains
 from .packing import drag
-from .summary import scalars
+from .summary import quantile, scalars
 
 COMPARED = (
     "run_out",
@@ -46,31 +47,69 @@ LAWS = ("the same law", "gran/hertz/history")
 SETTLING = 0.5  # time with the gate closed [sqrt(H/g)]
 
 
+def deep(grains: Grains, gravity: float) -> float:
+    """Overlap at the deepest of a collision at sqrt(g d) [m]:
+
+    (15 m* v^2/(16 Y* sqrt(R*)))^(2/5).
+    """
+    r, m, y = grains.radius / 2, grains.mass / 2, grains.contact_modulus
+    return (15 * m * gravity * grains.diameter / (16 * y * sqrt(r))) ** 0.4
+
+
+def rolling_words(grains: Grains, gravity: float) -> str:
+    """LAMMPS' `rolling sds` for the rolling resistance of grains; none without it.
+
+    Its force k u + gamma du/dt, with du/dt = R* w x n, acts at the arm R* and is cut to mu_r |F_n|:
+    the same bound of the torque as LIGGGHTS'. Stiffness and damping are k_r/R*^2 and the dashpot's
+    coefficient over R*^2, but constants in LAMMPS, where LIGGGHTS' follow the overlap: they are
+    taken equal at `deep`. LAMMPS cuts the sum of spring and dashpot, LIGGGHTS the spring, and adds
+    no dashpot then; LAMMPS turns the spring with the contact, LIGGGHTS does not.
+    """
+    if not grains.rolls:
+        return ""
+    r, m, y = grains.radius / 2, grains.mass, grains.contact_modulus
+    root, mu = sqrt(r * deep(grains, gravity)), grains.rolling_friction
+    damping = 0.0
+    if grains.rolling_model == "epsd":
+        k = 2.25 * 4 / 3 * y * root * mu**2
+        inertia = 1.4 * m * grains.radius**2 / 2
+        damping = 2 * grains.rolling_damping * sqrt(inertia * k * r**2) / r**2
+    else:
+        k = 8 * grains.contact_shear_modulus * root
+    return f" rolling sds {k:.17g} {damping:.17g} {mu:.17g}"
+
+
 def contact_law(grains: Grains, gravity: float, name: str) -> dict[str, str]:
     """Words of LAMMPS for one of LAWS, between grains and at frictionless walls.
 
     The damping of gran/hertz/history goes with the contact's radius, not with its root: it is equal
-    at the deepest of a collision at sqrt(g d), delta = (15 m* v^2 / (16 Y* sqrt(R*)))^(2/5).
+    at `deep`. It knows neither rolling resistance nor walls of their own.
     """
     if name == LAWS[0]:
-        restitution = lammps.restitution_to_enter(grains.restitution)
-        head = f"hertz/material {grains.young_modulus:.17g} {restitution:.12g}"
-        head += f" {grains.poisson_ratio} tangential mindlin NULL 1.0"
         tail = "damping tsuji"
+        rolling = rolling_words(grains, gravity)
+        at_wall = material_words(grains, grains.wall_restitution or grains.restitution)
         return {
             "pair": "granular",
-            "coefficients": f"{head} {grains.friction} {tail}",
-            "wall": f"granular {head} 0.0 {tail}",
+            "coefficients": f"{material_words(grains, grains.restitution)} {grains.friction}"
+            f"{rolling} {tail}",
+            "wall": f"granular {at_wall} 0.0 {tail}",
         }
     r, m, y = grains.radius / 2, grains.mass / 2, grains.contact_modulus
-    deep = (15 * m * gravity * grains.diameter / (16 * y * sqrt(r))) ** 0.4
-    gamma = grains.damping_factor * sqrt(2 * y / (sqrt(r * deep) * m))
+    gamma = grains.damping_factor * sqrt(2 * y / (sqrt(r * deep(grains, gravity)) * m))
     head = f"{4 / 3 * y:.17g} {8 * grains.contact_shear_modulus:.17g} {gamma:.17g} {gamma:.17g}"
     return {
         "pair": f"gran/hertz/history {head} {grains.friction} 1",
         "coefficients": "",
         "wall": f"hertz/history {head} 0.0 1",
     }
+
+
+def material_words(grains: Grains, restitution: float) -> str:
+    """Of a contact up to its friction."""
+    entered = lammps.restitution_to_enter(restitution)
+    head = f"hertz/material {grains.young_modulus:.17g} {entered:.12g}"
+    return f"{head} {grains.poisson_ratio} tangential mindlin NULL 1.0"
 
 
 def input_files(path: Path, folder: Path, law: str = LAWS[0]) -> tuple[str, dict]:
@@ -82,16 +121,22 @@ def input_files(path: Path, folder: Path, law: str = LAWS[0]) -> tuple[str, dict
         cloud = reading.group(file, "data/0/particles/cloud")
         kind = reading.values(cloud, "kind")
         x = reading.vectors(cloud, "position", len(kind))
+        diameters = 2 * reading.values(cloud, "radius", len(kind))
         steps = int(reading.number(file, "steps"))
     grains, plan, geometry = Grains.of(case), Plan.of(case), case["geometry"]
     if (
         case["walls"]["front_back"] != "periodic"
         or case["walls"]["base"] != "glued"
         or case["walls"]["left"] != "smooth"
+        or case["walls"]["gate"] != "instantaneous"
     ):
         raise EngineError(
-            "second_opinion: only periodic sides, a glued base and a smooth left wall are set up "
-            "in LAMMPS"
+            "second_opinion: only periodic sides, a glued base, a smooth left wall and a gate that "
+            "is gone at once are set up in LAMMPS"
+        )
+    if law != LAWS[0] and (grains.rolls or grains.wall_restitution):
+        raise EngineError(
+            f"second_opinion: {law} has neither rolling resistance nor a restitution of the walls"
         )
     d = grains.diameter
     bounds = (
@@ -102,8 +147,9 @@ def input_files(path: Path, folder: Path, law: str = LAWS[0]) -> tuple[str, dict
     lines = ["grains", "", f"{len(x)} atoms", "2 atom types", ""]
     lines += [f"{low} {high} {axis}lo {axis}hi" for (low, high), axis in zip(bounds, "xyz")]
     lines += ["", "Atoms # sphere", ""]
+    sizes = [f"{d}" if grains.even else f"{one:.17g}" for one in diameters]
     lines += [
-        f"{k + 1} {1 if kind[k] == 1 else 2} {d} {grains.density} "
+        f"{k + 1} {1 if kind[k] == 1 else 2} {sizes[k]} {grains.density} "
         f"{a:.17g} {b:.17g} {c % geometry['thickness']:.17g}"
         for k, (a, b, c) in enumerate(x)
     ]
@@ -137,14 +183,15 @@ def collapse(path: Path) -> dict[str, float]:
     with temporary() as folder:
         case = run(path, folder)
         history = thermo(folder / "log.lammps")
-        x, y = np.loadtxt(folder / "final.txt", skiprows=9)[:, 1:3].T
+        x, y, _, radius = np.loadtxt(folder / "final.txt", skiprows=9)[:, 1:].T
     plan, geometry, d = Plan.of(case), case["geometry"], Grains.of(case).diameter
     step, kinetic, rotational, potential = history[:, 0], *history[:, 3:].T
-    peak, released, ordered = kinetic.argmax(), potential[0] - potential[-1], np.sort(x)
+    peak, released, ordered = kinetic.argmax(), potential[0] - potential[-1], np.argsort(x)
+    mass = radius[ordered] ** 3
     values = (
-        ordered[int(np.ceil(0.995 * x.size)) - 1] / geometry["length"] - 1,
-        ordered[int(np.ceil(0.99 * x.size)) - 1] / geometry["length"] - 1,
-        (y[x < 1.5 * d].max() + d / 2) / geometry["height"],
+        quantile(x[ordered], mass, 0.995) / geometry["length"] - 1,
+        quantile(x[ordered], mass, 0.99) / geometry["length"] - 1,
+        (y + radius)[x < 1.5 * d].max() / geometry["height"],
         kinetic[peak] / potential[0],
         step[peak] * plan.dt / plan.scale,
         released,

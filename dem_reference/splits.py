@@ -40,7 +40,9 @@ def shares(path: Path) -> pd.DataFrame:
                 f"{path}: no split of the dissipation (dem.audit_interval = 0, or a plain script)"
             )
         threshold = parse(reading.attributes(file)["case_resolved"], path)["dem.lifetime_threshold"]
-        energy = reading.columns(reading.group(file, "energy"), ENERGIES)
+        accounts = reading.group(file, "energy")
+        rolling = [name for name in ("dissipated_rolling",) if name in accounts]
+        energy = reading.columns(accounts, (*ENERGIES, *rolling))
         lifetime = reading.group(file, "lifetime")
         enduring, multiples = lifetime["dissipated_enduring"][()], lifetime["multiples"][()]
         if enduring.shape != (len(energy["time"]), len(multiples)):
@@ -49,9 +51,12 @@ def shares(path: Path) -> pd.DataFrame:
         time = energy["time"] / reading.number(file, "time_scale")
     released = energy["potential"][0] - energy["potential"][-1]
     contacts = energy["dissipated_normal"] + energy["dissipated_tangential"]
+    if "dissipated_rolling" in energy:
+        contacts = contacts + energy["dissipated_rolling"]
     parts = {
         "normal": energy["dissipated_normal"],
         "tangential": energy["dissipated_tangential"],
+        **({"rolling": energy["dissipated_rolling"]} if rolling else {}),
         "total": energy["dissipated"],
     }
     parts |= {

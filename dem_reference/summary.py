@@ -20,7 +20,9 @@ SCALARS = {
     "released": "J",
     "dissipated_normal": "released",
     "dissipated_tangential": "released",
+    "dissipated_rolling": "released",
     "dissipated_wall": "released",
+    "gate_work": "released",
     "dissipated_short": "released",
     "dissipated_enduring": "released",
     "enduring_half_threshold": "released",
@@ -37,6 +39,28 @@ SCALARS = {
     "cpu_seconds": "s",
     "cpu_seconds_engine": "s",
 }
+
+SHARES = (  # accounts of the history that are told by their last value, over the energy released
+    "dissipated_normal",
+    "dissipated_tangential",
+    "dissipated_rolling",
+    "dissipated_wall",
+    "gate_work",
+    "dissipated_short",
+    "dissipated_enduring",
+    "unaccounted",
+)
+
+
+def quantile(x: np.ndarray, mass: np.ndarray, share: float) -> float:
+    """Where `share` of the mass (n,) has been passed, of grains at x (n,), sorted.
+
+    Grains that are alike are counted, so that no round-off of their sum decides.
+    """
+    if np.ptp(mass) == 0.0:
+        return float(x[int(np.ceil(share * x.size)) - 1])
+    passed = np.cumsum(mass)
+    return float(x[np.searchsorted(passed, share * passed[-1])])
 
 
 def scalars(path: Path) -> dict[str, float]:
@@ -57,17 +81,20 @@ def scalars(path: Path) -> dict[str, float]:
         frame = reading.group(file, f"data/{max(map(int, file['data']))}/particles/cloud")
         grains = reading.values(frame, "kind") == 1
         reach, y, z = reading.vectors(frame, "position", len(grains))[grains].T
-        radius = reading.values(frame, "radius", len(grains))[0]
+        radius = reading.values(frame, "radius", len(grains))[grains]
+        nominal = 0.5 * case["grains.diameter"] * case["dem.coarsening"]
         if case["geometry.dimension"] == "axisymmetric":
             reach = np.hypot(reach, z)
-        x, near_wall = np.sort(reach), reach < 3 * radius
+        near_wall = reach < 3 * nominal
+        order = np.argsort(reach, kind="stable")
+        x, mass = reach[order], radius[order] ** 3
         released = energy["potential"][0] - energy["potential"][-1]
         peak = int(energy["kinetic"].argmax())
         out = {
             "seed": told["seed"],
-            "run_out": x[int(np.ceil(0.995 * x.size)) - 1] / length - 1,
-            "run_out_99": x[int(np.ceil(0.99 * x.size)) - 1] / length - 1,
-            "highest_grain_at_wall": (y[near_wall].max() + radius) / height,
+            "run_out": quantile(x, mass, 0.995) / length - 1,
+            "run_out_99": quantile(x, mass, 0.99) / length - 1,
+            "highest_grain_at_wall": (y + radius)[near_wall].max() / height,
             "kinetic_energy_peak": energy["kinetic"][peak] / energy["potential"][0],
             "kinetic_energy_peak_time": energy["time"][peak] / scale,
             "released": released,
@@ -82,15 +109,9 @@ def scalars(path: Path) -> dict[str, float]:
                 for name in ("void_ratio", "lateral_stress_ratio", "coordination", "grains")
             },
         }
-        for name in (
-            "dissipated_normal",
-            "dissipated_tangential",
-            "dissipated_wall",
-            "dissipated_short",
-            "dissipated_enduring",
-            "unaccounted",
-        ):
-            out[name] = energy[name][-1] / released if name in energy else np.nan
+        for name in SHARES:
+            absent = 0.0 if name in ("dissipated_rolling", "gate_work") else np.nan
+            out[name] = energy[name][-1] / released if name in energy else absent
         for k, name in ((0, "enduring_half_threshold"), (2, "enduring_double_threshold")):
             out[name] = (
                 file["lifetime/dissipated_enduring"][-1, k] / released

@@ -1,5 +1,7 @@
 """Void ratio of a box cut out of a packing, from the exact volume of each sphere inside it."""
 
+from typing import Any
+
 import numpy as np
 
 # Gauss-Legendre points for spheres cut by an edge (two planes at once): relative error below 1e-5
@@ -7,10 +9,11 @@ import numpy as np
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
-def cap_fraction(distance: np.ndarray, radius: float) -> np.ndarray:
+def cap_fraction(distance: np.ndarray, radius: np.ndarray | float) -> np.ndarray:
     """Share of a sphere on the side of a plane that its centre is `distance` inside of.
 
-    Negative: outside; same shape.
+    Negative: outside; same shape. Radii are those of each sphere (n,), or of all [m], here and
+    below.
 
     With t = distance/radius in [-1, 1]: (2 + 3 t - t^3) / 4.
     """
@@ -26,7 +29,7 @@ def _circle_area_below(height: np.ndarray, radius: np.ndarray) -> np.ndarray:
 
 
 def clipped_volume(
-    centre: np.ndarray, radius: float, lower: np.ndarray, upper: np.ndarray
+    centre: np.ndarray, radius: np.ndarray | float, lower: np.ndarray, upper: np.ndarray
 ) -> np.ndarray:
     """Volume of each sphere inside the rectangle lower..upper of x and y (z is not cut).
 
@@ -41,13 +44,16 @@ def clipped_volume(
         for k in (0, 1)
     )
     volume = sphere * share_x * share_y  # exact unless both x and y cut the sphere
-    volume[np.any(inside <= -radius, axis=1)] = 0.0
-    edge = np.flatnonzero(np.all(np.abs(inside) < radius, axis=1))
+    wide: Any = radius[:, None] if isinstance(radius, np.ndarray) else radius
+    volume[np.any(inside <= -wide, axis=1)] = 0.0
+    edge = np.flatnonzero(np.all(np.abs(inside) < wide, axis=1))
     if edge.size:  # integrate the disc's area over x
         x, y = centre[edge, 0], centre[edge, 1]
-        a, b = np.maximum(lower[0] - x, -radius), np.minimum(upper[0] - x, radius)
+        at: Any = radius[edge] if isinstance(radius, np.ndarray) else radius
+        a, b = np.maximum(lower[0] - x, -at), np.minimum(upper[0] - x, at)
+        wide = wide[edge] if isinstance(wide, np.ndarray) else wide
         s = (a + b)[:, None] / 2 + (b - a)[:, None] / 2 * _NODES
-        disc = np.sqrt(np.maximum(radius**2 - s**2, 0))
+        disc = np.sqrt(np.maximum(wide**2 - s**2, 0))
         area = _circle_area_below((upper[1] - y)[:, None], disc) - _circle_area_below(
             (lower[1] - y)[:, None], disc
         )
@@ -55,7 +61,9 @@ def clipped_volume(
     return volume
 
 
-def void_ratio(centre: np.ndarray, radius: float, lower, upper, thickness: float) -> float:
+def void_ratio(
+    centre: np.ndarray, radius: np.ndarray | float, lower, upper, thickness: float
+) -> float:
     """e = voids / solid of the box lower..upper (x, y) through the whole thickness.
 
     Overlaps count twice as solid. A box with limits of z too cuts each sphere's volume by the share

@@ -39,7 +39,9 @@ def name_of(case: Case, point: dict) -> str:
 
 def record_file(case: Case, point: dict) -> Path:
     """Where a point's record waits to be gathered."""
-    return own("build", "element", case.test) / f"{name_of(case, point)}.json"
+    name = case.folder.name  # other grains of the same test wait apart
+    kept = case.test if name == case.test else f"{case.test}-{name}"
+    return own("build", "element", kept) / f"{name_of(case, point)}.json"
 
 
 def missing(case: Case) -> list[dict]:

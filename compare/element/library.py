@@ -60,7 +60,7 @@ class LibraryModel(PointModel):
 
     @cached_property
     def settings(self) -> list[str]:
-        grains = (f"grains.{name}={value}" for name, value in vars(self.grains).items())
+        grains = (f"{name}={value}" for name, value in self.grains.keys().items())
         return [*self.card.settings, *grains]
 
     def _start(self, nu: float) -> float:

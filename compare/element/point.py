@@ -46,7 +46,7 @@ class PointModel:
     def settings(self) -> list[str]:
         """The case's keys that make it this card and these grains."""
         values = {f"material.{name}": value for name, value in vars(self.card).items()}
-        values |= {f"grains.{name}": value for name, value in vars(self.grains).items()}
+        values |= self.grains.keys()
         return [f"{key}={value}" for key, value in values.items()]
 
     def _drive(

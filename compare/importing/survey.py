@@ -45,7 +45,7 @@ def survey(
     moving = ~np.isin(first.ids, wall)
     sizes = truth.Sizes.of(first.radius[moving], matter.masses(first)[moving])
     if scene is not None:  # before what hangs on lengths
-        truth.refuse_other_scene("diameter", sizes.d43, scene["grains.diameter"], first.source)
+        truth.refuse_other_scene("diameter", sizes.d43, truth.diameter(scene), first.source)
 
     gravity = None if options.gravity is None else np.array(options.gravity)
     turned = axes.chosen(

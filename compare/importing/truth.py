@@ -9,6 +9,7 @@ import numpy as np
 from cases.case import Case
 from cases.errors import CaseError
 from compare.importing.series import Grains
+from dem_reference.grains import Grains as Scene
 
 SAID = 0.01  # relative: a disagreement that is said
 REFUSED = 3.0  # a factor of lengths beyond which it is another scene, or another unit
@@ -91,6 +92,11 @@ def column(scene: Case) -> np.ndarray:
     return np.array([scene[f"geometry.{name}"] for name in ("length", "height", "thickness")])
 
 
+def diameter(scene: Case) -> float:
+    """Of a case's grains, d43 where their sizes are spread [m]."""
+    return Scene.of(scene.values).d43 / scene["dem.coarsening"]
+
+
 def refuse_other_scene(what: str, own: float, other: float, source: str):
     """Raises CaseError where a length of the grains is none of the case's by far."""
     if not 1.0 / REFUSED <= own / other <= REFUSED:
@@ -108,16 +114,17 @@ def against_case(
     """
     size = column(scene)
     for what, own, other in (
-        ("diameter", sizes.d43, scene["grains.diameter"]),
+        ("diameter", sizes.d43, diameter(scene)),
         *zip(("length", "height", "thickness"), extent, size),
     ):
         refuse_other_scene(what, own, other, source)
         disagree(what, float(own), float(other), " m", "the case", notes)
-    rho, d = scene["grains.density"], scene["grains.diameter"]
+    rho = scene["grains.density"]
+    one = Scene.of(scene.values).mean_volume / scene["dem.coarsening"] ** 3
     solid = float(np.prod(size)) / (1.0 + scene["initial.void_ratio"])
     disagree("density", sizes.density, rho, " kg/m3", "the case", notes)
     disagree("mass", sizes.mass, solid * rho, " kg", "the case", notes)
-    disagree("number of grains", sizes.count, solid / (np.pi / 6.0 * d**3), "", "the case", notes)
+    disagree("number of grains", sizes.count, solid / one, "", "the case", notes)
     if span:
         scale = float(np.sqrt(scene["geometry.height"] / scene["geometry.gravity"]))
         most = scene["time.maximum"]

@@ -33,6 +33,7 @@ ACCOUNTS = {
     "dem": (
         ("normal", "dissipated", "dissipated_normal"),
         ("tangential", "dissipated", "dissipated_tangential"),
+        ("rolling", "dissipated", "dissipated_rolling"),
         ("at walls", "dissipated", "dissipated_wall"),
     ),
 }
@@ -89,6 +90,8 @@ def budget(run, split: bool = True) -> list[Account]:
     ]
     if not gone:  # an engine that was not asked to split its dissipation
         gone = [Account("all mechanisms", "dissipated", run.normalised("dissipated"))]
+    if "gate_work" in run.energy:  # brought in from outside: below zero
+        held.append(Account("work of the gate", "held", -run.normalised("gate_work")))
     if "lost" in run.energy:  # what vanished with imported grains was dissipated by none
         gone.append(Account("lost with grains", "numerical", run.normalised("lost")))
     # What imported points do not tell is not a number; it goes into the residual.

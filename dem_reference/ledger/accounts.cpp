@@ -20,9 +20,12 @@ void Accounts::add(const Moment& moment) {
   for (const Pair& pair : moment.pairs()) {
     if (!pair.counts) continue;
     const Heat& rate = every_step_ ? pair.work_rate : pair.power;
-    lifetimes_.seen(pair.key, {rate[0] * interval_, rate[1] * interval_}, held(pair));
+    lifetimes_.seen(pair.key, {rate[0] * interval_, rate[1] * interval_, rate[2] * interval_},
+                    held(pair));
   }
+  for (const Touch& wall : moment.touches()) taken_.totals[5] += interval_ * wall.driven;
   lifetimes_.sampled();
+  torque_error_ = std::max(torque_error_, moment.held().torque_error);
   force_error_ = std::max(force_error_, moment.held().force_error);
 }
 
@@ -49,6 +52,7 @@ void Accounts::state(State& of) {
     of(sums->grains);
   }
   of(force_error_);
+  of(torque_error_);
   lifetimes_.state(of);
 }
 
@@ -63,10 +67,11 @@ void Accounts::book(const Moment& moment, double weight, Value&& value, Sums& su
   for (const Pair& pair : moment.pairs()) {
     if (!pair.counts) continue;
     const Heat rate = value(pair);
-    const double sum = weight * (rate[0] + rate[1]);
+    const double sum = weight * (rate[0] + rate[1] + rate[2]);
     const bool first = moment.mobile(pair.first), second = moment.mobile(pair.second);
     sums.totals[0] += weight * rate[0];
     sums.totals[1] += weight * rate[1];
+    sums.totals[4] += weight * rate[2];
     if (!first || !second) sums.totals[2] += sum;
     const double share = first && second ? sum / 2 : sum;
     if (first) to(pair.first) += share;

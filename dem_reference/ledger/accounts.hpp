@@ -25,8 +25,9 @@
 
 namespace grainpair::ledger {
 
-/// Normal and tangential of pairs, both of pairs with a glued grain, of walls [J].
-using Totals = std::array<double, 4>;
+/// Normal and tangential of pairs, all of pairs with a glued grain, of walls, rolling of pairs;
+/// and, which is no dissipation, what walls that move have done on the grains [J].
+using Totals = std::array<double, 6>;
 
 class Accounts {
  public:
@@ -42,6 +43,7 @@ class Accounts {
   /// The same by grain, in the order of the moment's: out has its count [J].
   void by_grain(const Moment& moment, double* out) const;
   double force_error() const { return force_error_; }
+  double torque_error() const { return torque_error_; }
   Lifetimes& lifetimes() { return lifetimes_; }
   /// All that samples have changed since the release.
   void state(State& of);
@@ -64,7 +66,7 @@ class Accounts {
   bool every_step_;
   Lifetimes lifetimes_;
   Sums taken_, begun_;  // in since the release; held then
-  double force_error_ = 0.0;
+  double force_error_ = 0.0, torque_error_ = 0.0;
 };
 
 }  // namespace grainpair::ledger

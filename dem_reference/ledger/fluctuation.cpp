@@ -18,6 +18,7 @@ struct Grain {
   std::pair<std::int64_t, std::int64_t> cell;
   Eigen::Vector2d x;  // in diameters
   Vector v;
+  double share;  // of the nominal mass
 };
 
 Grain grain_of(const Atoms& atoms, std::int64_t k, double diameter, bool radial) {
@@ -32,23 +33,25 @@ Grain grain_of(const Atoms& atoms, std::int64_t k, double diameter, bool radial)
   const auto cell = [&](double at) {
     return static_cast<std::int64_t>(std::floor(at / (kCell * diameter)));
   };
-  return {{cell(x.x()), cell(x.y())}, x.head<2>() / diameter, v};
+  const double size = atoms.radius ? 2 * atoms.radius[k] / diameter : 1.0;
+  return {{cell(x.x()), cell(x.y())}, x.head<2>() / diameter, v, size * size * size};
 }
 
-/// Sum of |v - (a + B x)|^2 over the grains of one cell.
+/// Sum of m |v - (a + B x)|^2 over the grains of one cell, masses in the nominal one.
 double squares(const Grain* begin, const Grain* end) {
-  const auto n = static_cast<double>(end - begin);
+  double whole = 0.0;
   Eigen::Vector2d mean_x = Eigen::Vector2d::Zero();
   Vector mean_v = Vector::Zero();
-  for (const Grain* g = begin; g != end; ++g) mean_x += g->x, mean_v += g->v;
-  mean_x /= n;
-  mean_v /= n;
+  for (const Grain* g = begin; g != end; ++g)
+    whole += g->share, mean_x += g->share * g->x, mean_v += g->share * g->v;
+  mean_x /= whole;
+  mean_v /= whole;
   Eigen::Matrix2d gram = Eigen::Matrix2d::Zero();
   Eigen::Matrix<double, 2, 3> moment = Eigen::Matrix<double, 2, 3>::Zero();
   for (const Grain* g = begin; g != end; ++g) {
     const Eigen::Vector2d x = g->x - mean_x;
-    gram += x * x.transpose();
-    moment += x * (g->v - mean_v).transpose();
+    gram += g->share * x * x.transpose();
+    moment += g->share * x * (g->v - mean_v).transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(gram);
   const Eigen::Vector2d& values = solved.eigenvalues();
@@ -60,7 +63,7 @@ double squares(const Grain* begin, const Grain* end) {
       axes * inverse.asDiagonal() * axes.transpose() * moment;
   double sum = 0.0;
   for (const Grain* g = begin; g != end; ++g)
-    sum += (g->v - mean_v - gradient.transpose() * (g->x - mean_x)).squaredNorm();
+    sum += g->share * (g->v - mean_v - gradient.transpose() * (g->x - mean_x)).squaredNorm();
   return sum;
 }
 

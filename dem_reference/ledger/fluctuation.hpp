@@ -5,8 +5,9 @@
 
 namespace grainpair::ledger {
 
-/// 1/2 sum m |v - (a + B (x, y))|^2 about the least-squares affine velocity of each cell [J], of
-/// moving grains of equal diameter [m] and mass [kg].
+/// 1/2 sum m |v - (a + B (x, y))|^2 about the least-squares affine velocity of each cell, weighted
+/// by mass [J], of moving grains; `diameter` [m] and `mass` [kg] are those of all, or of a nominal
+/// grain where Atoms tells each its radius.
 ///
 /// Cells are squares of 3 d in x and y; where `radial`, in the distance from the y axis and y, with
 /// velocities along r, y and theta. A fit of three constants per component leaves n - 3 of n

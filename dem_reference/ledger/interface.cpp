@@ -23,7 +23,7 @@ struct View {
 struct Row {
   Totals dissipated;
   Lifetimes::ByThreshold enduring;
-  double force_error;
+  double force_error, torque_error;
 };
 
 struct Classes {
@@ -43,7 +43,7 @@ void moment_delete(Moment* moment) { delete moment; }
 bool moment_look(Moment* moment, const Atoms* atoms, const double* rows, std::int64_t count,
                  const Plane* planes, std::int64_t plane_count, View* view) {
   try {
-    moment->look(*atoms, {rows, static_cast<std::size_t>(kContactColumns * count)},
+    moment->look(*atoms, {rows, static_cast<std::size_t>(moment->scene().columns() * count)},
                  {planes, static_cast<std::size_t>(plane_count)});
   } catch (const std::out_of_range&) {
     return false;
@@ -57,9 +57,9 @@ bool moment_look(Moment* moment, const Atoms* atoms, const double* rows, std::in
 /// Rows of the engine's contacts whose first ids add up to `total`: it does not tell their number.
 /// Ids are positive integers, so their running sum meets the engine's own sum at the last row and
 /// nowhere before, and no row beyond it is read.
-std::int64_t contact_count(const double* rows, double total) {
+std::int64_t contact_count(const double* rows, double total, std::int64_t columns) {
   std::int64_t count = 0;
-  for (double found = 0.0; found < total; ++count) found += rows[kContactColumns * count];
+  for (double found = 0.0; found < total; ++count) found += rows[columns * count];
   return count;
 }
 
@@ -74,7 +74,8 @@ Accounts* accounts_new(const Moment* start, double interval, bool every_step, do
 void accounts_delete(Accounts* accounts) { delete accounts; }
 void accounts_add(Accounts* accounts, const Moment* moment) { accounts->add(*moment); }
 void accounts_row(Accounts* accounts, const Moment* moment, Row* row) {
-  *row = {accounts->dissipated(*moment), accounts->lifetimes().enduring(), accounts->force_error()};
+  *row = {accounts->dissipated(*moment), accounts->lifetimes().enduring(), accounts->force_error(),
+          accounts->torque_error()};
 }
 /// out: of each grain in the moment's order.
 void accounts_by_grain(const Accounts* accounts, const Moment* moment, double* out) {

@@ -55,7 +55,9 @@ Lifetimes::ByThreshold Lifetimes::enduring() const {
 
 /// Of the account, what the contact does not hold.
 Heat Lifetimes::left(const Contact& contact) const {
-  return {contact.account[0] - contact.held[0], contact.account[1] - contact.held[1]};
+  Heat out;
+  for (std::size_t k = 0; k < out.size(); ++k) out[k] = contact.account[k] - contact.held[k];
+  return out;
 }
 
 void Lifetimes::book(double age, const Heat& heat) {
@@ -67,7 +69,7 @@ void Lifetimes::book(double age, const Heat& heat) {
 
 void Lifetimes::add_enduring(double age, const Heat& heat, ByThreshold& to) const {
   for (std::size_t k = 0; k < to.size(); ++k)
-    if (age > thresholds_[k]) to[k] += heat[0] + heat[1];
+    if (age > thresholds_[k]) to[k] += heat[0] + heat[1] + heat[2];
 }
 
 Lifetimes::Contact* Lifetimes::Sample::find(std::uint64_t key) {

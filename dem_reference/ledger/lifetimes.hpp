@@ -24,7 +24,7 @@ inline constexpr std::array kMultiples{0.5, 1.0, 2.0, 4.0};
 inline constexpr std::array kEdges{0.5, 1.0,  1.5,  2.0,  3.0,  4.0,  6.0,
                                    8.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0};
 
-using Heat = std::array<double, 2>;  // normal, tangential [J]
+using Heat = std::array<double, 3>;  // normal, tangential, rolling [J]
 
 /// Ages and accounts of the contacts, carried from sample to sample by the pair of ids.
 class Lifetimes {

@@ -16,6 +16,12 @@
 // overlap, so U_t is no true potential, and what it gains or loses without work must be booked for
 // the balance to close. All of them are smooth in time and can therefore be sampled.
 //
+// Rolling resistance of LIGGGHTS' models epsd and epsd2 is a torque M on the second grain, -M on
+// the first, w the relative spin at time t, w_t its part across the normal:
+//     U_r = |M_s|^2 / (2 k_r)                       P_r = M . w - dU_r/dt
+// M_s is the spring's share of M, which the engine keeps as it is while k_r follows the overlap: so
+// dU_r/dt = M_s . w_t - U_r dk_r/dt / k_r while it winds up.
+//
 // Ranks: a moment is of the grains that one rank owns, the first `owned` of those it is handed, and
 // of the others that touch them. Their contacts all push on owned grains here; in sums and in
 // Accounts a contact counts on the rank that owns its grain of the lower id, and nowhere else.
@@ -33,15 +39,26 @@ namespace grainpair::ledger {
 using Vector = Eigen::Vector3d;
 
 constexpr std::int32_t kMobile = 1;  // type of a moving grain (dem_reference/scene.py)
-constexpr int kContactColumns = 7;   // of the engine's contacts (dem_reference/scripts/bodies.in)
+// Columns of the engine's contacts (dem_reference/scripts/bodies.in), and with rolling resistance.
+constexpr int kPlainColumns = 7, kRollingColumns = 10;
 
-/// Equal spheres of one material, and what moves them [SI units]. The same as in moment.py.
+/// Rolling resistance, by the code of its model in moment.py.
+enum class Rolling { none, epsd, epsd2 };
+
+/// Spheres of one material, and what moves them [SI units]. The same as in moment.py. Radius, mass
+/// and inertia are those of all, or of a grain of the nominal diameter where Atoms tells each its
+/// own.
 struct Scene {
   double radius, mass, inertia;
   double contact_modulus, contact_shear_modulus, damping_factor, friction;
+  double wall_damping_factor;
+  double rolling_model, rolling_friction, rolling_damping;
   double time_step, gravity;  // gravity along -y
   double thickness, length;  // periods along z and x; 0 where there is none
   double pull;               // gravity along x
+
+  Rolling rolling() const { return static_cast<Rolling>(static_cast<int>(rolling_model)); }
+  int columns() const { return rolling() == Rolling::none ? kPlainColumns : kRollingColumns; }
 };
 
 /// A wall that stands: a half-plane across `axis` at `position`, its lower edge at y = `lowest`.
@@ -55,7 +72,11 @@ struct Atoms {
   std::int64_t count, owned;
   const double *x, *v, *f, *omega, *torque;
   const std::int32_t *id, *type;
+  const double* radius;  // (count,) [m]; none: all have the scene's
 };
+
+/// Of a contact: normal, tangential, rolling.
+using Parts = std::array<double, 3>;
 
 /// A contact of two grains, by their places in the engine's order. The same as in moment.py.
 struct Pair {
@@ -63,8 +84,9 @@ struct Pair {
   std::int64_t counts;           // 1 where this rank owns the grain of the lower id
   std::uint64_t key;             // of the pair of ids, in whichever order
   Vector branch, normal, force;  // normal: from the second grain to the first; force: on the first
-  double arm, overlap;           // arm: from a centre to the contact point
-  std::array<double, 2> elastic, power, work_rate;  // normal, tangential [J, W, W]
+  Vector torque;                 // of rolling resistance, on the first
+  double arm, overlap;           // arm: from the first centre to the contact point
+  Parts elastic, power, work_rate;  // [J, W, W]
 };
 
 /// A contact with a wall. The same as in moment.py.
@@ -73,20 +95,23 @@ struct Touch {
   std::int64_t rough;            // whether the wall has friction
   Vector normal, branch, force;  // branch: grain's centre - contact point
   double overlap, elastic, power, work_rate;
+  double driven;  // what the wall's own motion does on the grain [W]
 };
 
 /// Energies held by grains and contacts [J]. The same as in moment.py.
 struct Held {
   double kinetic, rotational, potential;
-  double normal, tangential, wall;  // elastic
-  double force_error;               // of the engine's forces against the rebuilt ones [N]
+  double normal, tangential, rolling, wall;  // elastic
+  double force_error;                        // of the engine's forces against the rebuilt ones [N]
+  double torque_error;  // of its torques, with rolling resistance [N m]; else 0
 };
 
 class Moment {
  public:
   explicit Moment(const Scene& scene) : scene_(scene) {}
 
-  /// rows: the engine's contacts, (count, 7): two ids, periodic flag, spring s (3), overlap.
+  /// rows: the engine's contacts, (count, columns): two ids, periodic flag, spring s (3), with
+  /// rolling resistance its spring's torque M_s (3), overlap.
   /// Throws std::out_of_range where one is of a grain that was not handed over.
   void look(const Atoms& atoms, std::span<const double> rows, std::span<const Plane> planes);
 
@@ -95,12 +120,28 @@ class Moment {
   const std::vector<Pair>& pairs() const { return pairs_; }
   const std::vector<Touch>& touches() const { return touches_; }
   const Held& held() const { return held_; }
+  const Scene& scene() const { return scene_; }
 
  private:
+  double radius(std::int64_t k) const { return atoms_.radius ? atoms_.radius[k] : scene_.radius; }
+  /// Of a grain's mass over the scene's.
+  double share(std::int64_t k) const {
+    const double of = atoms_.radius[k] / scene_.radius;
+    return of * of * of;
+  }
+  double mass(std::int64_t k) const { return atoms_.radius ? scene_.mass * share(k) : scene_.mass; }
+  double inertia(std::int64_t k) const {
+    return atoms_.radius ? 0.4 * mass(k) * atoms_.radius[k] * atoms_.radius[k] : scene_.inertia;
+  }
   void half_step_velocities();
+  template <bool Equal, bool Rolls>
   Pair pair(const double* row, double reach) const;
+  struct Stiffness;
+  void roll(const Vector& spring, const Stiffness& of, Pair& pair) const;
+  void add_torque(const Pair& pair);
   void touch(const Plane& plane);
   void wall_friction();
+  void wall_rolling();
   void sums();
 
   Scene scene_;
@@ -109,6 +150,7 @@ class Moment {
   std::vector<char> mobile_;
   std::vector<int> rough_walls_;  // that a grain touches
   std::vector<Vector> v_half_, omega_half_, pair_force_, rest_;
+  std::vector<Vector> pair_torque_, rest_torque_;  // with rolling resistance alone
   std::vector<Pair> pairs_;
   std::vector<Touch> touches_;
   Held held_{};

@@ -7,6 +7,7 @@ import numpy as np
 from dem_reference.engine import Liggghts
 from dem_reference.grains import Grains
 from dem_reference.periodic.start import random_positions
+from dem_reference.scene import rolling
 
 SETUP = """\
 atom_style granular
@@ -24,6 +25,8 @@ fix m1 all property/global youngsModulus peratomtype {E}
 fix m2 all property/global poissonsRatio peratomtype {nu}
 fix m3 all property/global coefficientRestitution peratomtypepair 1 {e}
 fix m4 all property/global coefficientFriction peratomtypepair 1 {mu}
+fix m5 all property/global coefficientRollingFriction peratomtypepair 1 {mu_r}
+fix m6 all property/global coefficientRollingViscousDamping peratomtypepair 1 {eta_r}
 pair_style gran model hertz {tangential}
 pair_coeff * *
 timestep {dt}
@@ -52,6 +55,9 @@ run 0 post no
 """
 
 
+GROWTH, PIECE = 20000, 20  # steps of the growth; between changes of size
+
+
 class Box(Liggghts):
     """`count` grains with `friction` in a periodic cube of `side` [m], started at random.
 
@@ -69,7 +75,7 @@ class Box(Liggghts):
         log: Path,
         tangential: bool = True,
     ):
-        super().__init__(log)
+        super().__init__(log, grains)
         self.grains, self.time_step = grains, time_step
         centres, d0 = random_positions(count, side, seed)
         self.commands(
@@ -80,22 +86,37 @@ class Box(Liggghts):
                 nu=grains.poisson_ratio,
                 e=grains.restitution,
                 mu=friction,
-                tangential="tangential history" if tangential else "",
+                mu_r=grains.rolling_friction,
+                eta_r=grains.rolling_damping,
+                tangential=f"tangential history{rolling(grains)}" if tangential else "",
                 dt=time_step,
             )
         )
         self.create(centres)
         self.command(f"set group all density {grains.density} diameter {d0:.17g}")
         self.commands(STATE)
+        if not grains.even:
+            self.grow(d0, seed)
+            return
         self.commands(
             GROW.format(
                 d0=d0,
                 d=grains.diameter,
                 rho=grains.density,
                 skin=0.2 * grains.diameter,
-                steps=20000,
+                steps=GROWTH,
             )
         )
+
+    def grow(self, start: float, seed: int) -> None:
+        """As GROW, each grain to its own size; the largest begins with the diameter `start` [m]."""
+        grains, ids = self.grains, np.sort(self.integers("id"))
+        own = grains.diameters(ids.size, np.random.default_rng(seed))
+        for now in np.linspace(start / grains.largest, 1.0, GROWTH // PIECE + 1):
+            self.resize(ids, now * own, grains.density)
+            self.command(f"run {PIECE} post no")
+        self.command(f"neighbor {0.2 * grains.diameter} bin")
+        self.command("run 0 post no")
 
     def deform(self, rates: np.ndarray, steps: int) -> None:
         """Goes on by `steps` while the sides shrink at `rates`, (3,); grains follow affinely."""
@@ -117,7 +138,7 @@ class Box(Liggghts):
     @property
     def void_ratio(self) -> float:
         """Volume of voids over volume of grains, overlaps counted as solid twice [-]."""
-        return self.sides.prod() / (self.count() * self.grains.volume) - 1
+        return self.sides.prod() / (self.count() * self.grains.mean_volume) - 1
 
     @property
     def stress(self) -> np.ndarray:

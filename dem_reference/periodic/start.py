@@ -12,7 +12,7 @@ START = 0.25
 
 def box_side(grains: Grains, count: int, solid_fraction: float) -> float:
     """Side of the cube in which `count` grains have `solid_fraction` [m]."""
-    return (count * grains.volume / solid_fraction) ** (1 / 3)
+    return (count * grains.mean_volume / solid_fraction) ** (1 / 3)
 
 
 def random_positions(count: int, sides: ArrayLike, seed: int) -> tuple[np.ndarray, float]:

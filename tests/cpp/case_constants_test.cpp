@@ -85,6 +85,15 @@ TEST(Contradictions, OtherGrainsThanTheCards) {
               ElementsAre(HasSubstr("grains.young_modulus = 5e+06 Pa")));
 }
 
+TEST(Contradictions, SizesAndRollingThatTheCardsGrainsHaveNot) {
+  EXPECT_THAT(told({"grains.size_spread=0.01", "grains.rolling_friction=0.005"}), IsEmpty());
+  EXPECT_THAT(told({"grains.size_spread=0.2"}),
+              ElementsAre(AllOf(HasSubstr("grains.size_spread = 0.2 is not 0, of the grains"),
+                                HasSubstr("critical_void_ratio"))));
+  EXPECT_THAT(told({"grains.rolling_friction=0.1"}),
+              ElementsAre(HasSubstr("grains.rolling_friction = 0.1 is not 0, of the grains")));
+}
+
 TEST(Contradictions, ConstantsSetBesideACardForTheseGrains) {
   EXPECT_THAT(told({"material.stress_ratio=0.9"}),
               ElementsAre(AllOf(HasSubstr("material.stress_ratio = 0.9 is set beside the card"),
@@ -122,6 +131,26 @@ TEST(Contradictions, OnlyWhatTheLawReads) {
 }
 
 class Cards : public test::Files {};
+
+TEST_F(Cards, OfGrainsWithSizesAndRolling) {
+  const std::string card = file("rolling.toml", R"([grains]
+diameter = 0.002
+density = 2532
+young_modulus = 3e8
+restitution = 0.879
+friction = 0.5
+size_spread = 0.2
+rolling_friction = 0.1
+
+[material]
+stress_ratio = 0.8
+)");
+  const std::vector<std::string> own{"material.card=" + card, "grains.size_spread=0.2",
+                                     "grains.rolling_friction=0.1"};
+  EXPECT_THAT(told(own), IsEmpty());
+  EXPECT_THAT(told({own[0]}), ElementsAre(HasSubstr("is not 0.2, of the grains"),
+                                          HasSubstr("is not 0.1, of the grains")));
+}
 
 TEST_F(Cards, WithoutGrainsAreHeldAgainstTheDerivedValueAlone) {
   file("plain.toml", "[material]\nstress_ratio = 0.8\neffective_restitution = 0.9\n");

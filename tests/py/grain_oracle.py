@@ -19,12 +19,18 @@ class State:
         self.g, self.dt, self.gravity = g, dt, gravity
         self.atoms, self.thickness = atoms, thickness
         self.mobile = atoms["type"] == 1
+        alike = np.full(len(atoms["id"]), g.radius)
+        self.r = atoms.get("radius", alike)
+        self.m = g.density * 4 / 3 * np.pi * self.r**3
+        self.inertia = 0.4 * self.m * self.r**2
         self.place = {int(one): k for k, one in enumerate(atoms["id"])}
         zero = ~self.mobile[:, None]
         self.now = {name: np.where(zero, 0.0, atoms[name]) for name in ("v", "omega", "f")}
         self.half = {
-            "v": np.where(zero, 0.0, atoms["v"] - dt / (2 * g.mass) * atoms["f"]),
-            "omega": np.where(zero, 0.0, atoms["omega"] - dt / (2 * g.inertia) * atoms["torque"]),
+            "v": np.where(zero, 0.0, atoms["v"] - dt / 2 * atoms["f"] / self.m[:, None]),
+            "omega": np.where(
+                zero, 0.0, atoms["omega"] - dt / 2 * atoms["torque"] / self.inertia[:, None]
+            ),
         }
         self.pairs = [self.pair(row) for row in rows]
         self.pair_force = np.zeros_like(atoms["x"])
@@ -34,6 +40,7 @@ class State:
         self.walls = [one for plane in planes for one in self.touching(plane)]
         self.friction_of_walls()
 
+    # long: one contact law, term by term
     def pair(self, row) -> dict:
         g, a = self.g, self.atoms
         i, j = self.place[int(row[0])], self.place[int(row[1])]
@@ -41,17 +48,18 @@ class State:
         if self.thickness:
             branch[2] -= self.thickness * np.round(branch[2] / self.thickness)
         distance = np.linalg.norm(branch)
-        n, delta = branch / distance, g.diameter - distance
-        arm = g.radius - delta / 2
+        n, delta = branch / distance, self.r[i] + self.r[j] - distance
+        arms = self.r[i] - delta / 2, self.r[j] - delta / 2
 
         def relative(velocity, spin):
             v = velocity[i] - velocity[j]
-            return v @ n, v - (v @ n) * n - np.cross(arm * (spin[i] + spin[j]), n)
+            return v @ n, v - (v @ n) * n - np.cross(arms[0] * spin[i] + arms[1] * spin[j], n)
 
         v_n, v_t = relative(self.half["v"], self.half["omega"])
         u_n, u_t = relative(self.now["v"], self.now["omega"])
-        m = g.mass / 2 if self.mobile[i] and self.mobile[j] else g.mass
-        root = np.sqrt(g.radius / 2 * delta)
+        m = 1 / sum(1 / self.m[k] for k in (i, j) if self.mobile[k])
+        r = 1 / (1 / self.r[i] + 1 / self.r[j])
+        root = np.sqrt(r * delta)
         s_n, k_t = 2 * g.contact_modulus * root, 8 * g.contact_shear_modulus * root
         gamma_n, gamma_t = (g.damping_factor * np.sqrt(k * m) for k in (s_n, k_t))
         hertz, mu, s = 4 / 3 * g.contact_modulus * root * delta, g.friction, row[3:6]
@@ -59,22 +67,45 @@ class State:
         blur = SLIDING_TOLERANCE + ROUND_OFF * np.abs(a["x"]).max() / delta
         sliding = k_t * np.linalg.norm(s) >= mu * (abs(f_n) - blur * (hertz + gamma_n * abs(v_n)))
         f_t = -k_t * s - (0.0 if sliding else gamma_t) * v_t
-        stored = np.array([8 / 15 * g.contact_modulus * root * delta**2, k_t * (s @ s) / 2])
+        stored = np.array([8 / 15 * g.contact_modulus * root * delta**2, k_t * (s @ s) / 2, 0.0])
         rate = -u_n / (2 * delta)
+        pull = self.now["f"][i] / self.m[i] - self.now["f"][j] / self.m[j]
+        du_n = pull @ n + u_t @ u_t / distance
+        df_n = -s_n * u_n - gamma_n * du_n - rate / 2 * gamma_n * v_n
         if sliding:
-            du_n = (self.now["f"][i] - self.now["f"][j]) @ n / g.mass + u_t @ u_t / distance
-            df_n = -s_n * u_n - gamma_n * du_n - rate / 2 * gamma_n * v_n
             p_t = -(f_t @ u_t) - mu**2 * f_n / k_t * (df_n - rate / 2 * f_n)
         else:
             p_t = gamma_t * (v_t @ u_t) - rate * stored[1]
+        torque, work_r, p_r = np.zeros(3), 0.0, 0.0
+        if g.rolls:
+            limit = g.rolling_friction * r * abs(f_n)
+            k_r = k_t * r**2
+            if g.rolling_model == "epsd":
+                k_r = 2.25 * hertz / delta * (g.rolling_friction * r) ** 2
+            w, before = (part["omega"][i] - part["omega"][j] for part in (self.now, self.half))
+            spring = row[6:9]
+            doubt = blur * (hertz + gamma_n * abs(v_n)) * g.rolling_friction * r
+            full = np.linalg.norm(spring) >= limit - doubt
+            torque = spring.copy()
+            if g.rolling_model == "epsd" and not full:
+                inertia = 1.4 / sum(1 / (self.m[k] * self.r[k] ** 2) for k in (i, j))
+                across = before - (before @ n) * n
+                torque += 2 * g.rolling_damping * np.sqrt(inertia * k_r) * across
+            stored[2] = spring @ spring / (2 * k_r)
+            work_r = torque @ w
+            gain = spring @ (w - (w @ n) * n) - rate * stored[2]
+            if full:
+                gain = (g.rolling_friction * r) ** 2 * f_n / k_r * (df_n - rate / 2 * f_n)
+            p_r = work_r - gain
         return {
             "i": i,
             "j": j,
             "key": frozenset((int(row[0]), int(row[1]))),
             "force": f_n * n + f_t,
             "elastic": stored,
-            "power": np.array([gamma_n * v_n * u_n, p_t]),
-            "work_rate": np.array([-f_n * u_n, -(f_t @ u_t)]),
+            "torque": -torque,
+            "power": np.array([gamma_n * v_n * u_n, p_t, p_r]),
+            "work_rate": np.array([-f_n * u_n, -(f_t @ u_t), work_r]),
             "sliding": sliding,
         }
 
@@ -85,18 +116,19 @@ class State:
             gap[plane.axis] = x[k, plane.axis] - plane.position
             gap[1] += min(x[k, 1] - plane.lowest, 0.0)
             distance = np.linalg.norm(gap)
-            if distance >= g.radius:
+            if distance >= self.r[k]:
                 continue
-            n, delta = gap / distance, g.radius - distance
+            n, delta = gap / distance, self.r[k] - distance
             v_n, u_n = (part["v"][k] @ n - plane.rise * n[1] for part in (self.half, self.now))
-            root = np.sqrt(g.radius * delta)
-            gamma = g.damping_factor * np.sqrt(2 * g.contact_modulus * root * g.mass)
+            root = np.sqrt(self.r[k] * delta)
+            gamma = g.wall_damping_factor * np.sqrt(2 * g.contact_modulus * root * self.m[k])
             f_n = 4 / 3 * g.contact_modulus * root * delta - gamma * v_n
             yield {
                 "grain": k,
                 "normal": n,
                 "branch": distance * n,
                 "rough": plane.friction > 0,
+                "driven": f_n * plane.rise * n[1],
                 "force": f_n * n,
                 "elastic": 8 / 15 * g.contact_modulus * root * delta**2,
                 "power": gamma * v_n * u_n,
@@ -104,9 +136,11 @@ class State:
             }
 
     def friction_of_walls(self):
-        rest = self.atoms["f"] - self.pair_force + [0, self.g.mass * self.gravity, 0]
+        rest = self.atoms["f"] - self.pair_force
+        rest[:, 1] += self.m * self.gravity
         for wall in self.walls:
             rest[wall["grain"]] -= wall["force"]
+        turned = self.atoms["torque"] - self.pair_torque()
         left, known, first = rest.copy(), self.mobile.copy(), set()
         for wall in (one for one in self.walls if one["rough"]):
             k, n = wall["grain"], wall["normal"]
@@ -117,20 +151,36 @@ class State:
             f_t = rest[k] - (rest[k] @ n) * n
             u = self.now["v"][k] - np.cross(self.now["omega"][k], wall["branch"])
             power = f_t @ (u - (u @ n) * n)
+            if self.g.rolls:
+                power += (turned[k] + np.cross(wall["branch"], f_t)) @ self.now["omega"][k]
             wall |= {"force": wall["force"] + f_t}
             wall |= {name: wall[name] - power for name in ("power", "work_rate")}
             left[k] -= f_t
         self.force_error = np.abs(left[known]).max(initial=0.0)
 
+    def pair_torque(self) -> np.ndarray:
+        out = np.zeros_like(self.atoms["x"])
+        for one in self.pairs:
+            i, j = one["i"], one["j"]
+            branch = self.atoms["x"][i] - self.atoms["x"][j]
+            branch[2] -= self.thickness * np.round(branch[2] / self.thickness)
+            distance = np.linalg.norm(branch)
+            overlap = self.r[i] + self.r[j] - distance
+            turn = np.cross(branch / distance, one["force"])
+            out[i] += one["torque"] - (self.r[i] - overlap / 2) * turn
+            out[j] -= one["torque"] + (self.r[j] - overlap / 2) * turn
+        return out
+
     def held(self) -> dict:
-        g, n = self.g, self.mobile
-        sums = sum((one["elastic"] for one in self.pairs), np.zeros(2))
+        n = self.mobile
+        sums = sum((one["elastic"] for one in self.pairs), np.zeros(3))
         return {
-            "kinetic": g.mass / 2 * (self.now["v"] ** 2).sum(),
-            "rotational": g.inertia / 2 * (self.now["omega"] ** 2).sum(),
-            "potential": g.mass * self.gravity * self.atoms["x"][n, 1].sum(),
+            "kinetic": self.m @ (self.now["v"] ** 2).sum(axis=1) / 2,
+            "rotational": self.inertia @ (self.now["omega"] ** 2).sum(axis=1) / 2,
+            "potential": self.gravity * (self.m * self.atoms["x"][:, 1])[n].sum(),
             "normal": sums[0],
             "tangential": sums[1],
+            "rolling": sums[2],
             "wall": sum(one["elastic"] for one in self.walls),
             "force_error": self.force_error,
         }
@@ -149,16 +199,17 @@ class Accounts:
         self.classes: list[tuple[float, float]] = []  # age and heat of ended contacts
 
     def held(self, one) -> np.ndarray:
-        return one["elastic"] if self.every_step else np.zeros(2)
+        return one["elastic"] if self.every_step else np.zeros(3)
 
     @staticmethod
     def shares(state: State, value: str, weight: float):
-        """Normal, tangential, base, wall; and by id."""
-        sums, grains = np.zeros(4), defaultdict[int, float](float)
+        """Normal, tangential, base, wall, rolling, driven; and by id."""
+        sums, grains = np.zeros(6), defaultdict[int, float](float)
         ids = state.atoms["id"]
         for one in state.pairs:
             rate, moving = weight * one[value], [k for k in (one["i"], one["j"]) if state.mobile[k]]
-            sums += [*rate, rate.sum() if len(moving) < 2 else 0.0, 0.0]
+            base = rate.sum() if len(moving) < 2 else 0.0
+            sums += [rate[0], rate[1], base, 0.0, rate[2], 0.0]
             for k in moving:
                 grains[int(ids[k])] += rate.sum() / len(moving)
         for one in state.walls:
@@ -169,6 +220,7 @@ class Accounts:
     def add(self, state: State):
         value = "work_rate" if self.every_step else "power"
         sums, grains = self.shares(state, value, self.interval)
+        sums[5] = self.interval * sum(one["driven"] for one in state.walls)
         self.taken = self.taken + sums
         for one, joules in grains.items():
             self.grains[one] += joules
@@ -177,7 +229,7 @@ class Accounts:
             self.book(self.age.pop(gone), self.account.pop(gone).sum())
         for key, heat in seen.items():
             self.age[key] = self.age.get(key, 0.0) + self.interval / self.unit
-            self.account[key] = self.account.get(key, np.zeros(2)) + heat
+            self.account[key] = self.account.get(key, np.zeros(3)) + heat
 
     def book(self, age: float, heat: float):
         self.ended += np.where(age > self.thresholds, heat, 0.0)
@@ -200,6 +252,7 @@ def random_states(g: Grains, count: int, side: float, thickness: float, samples:
     and longer than friction holds.
     """
     random = np.random.default_rng(seed)
+    own = g.diameters(count, np.random.default_rng(seed + 1))
     x = random.uniform(0, [side, side, thickness], (count, 3))
     drift = random.normal(0, 0.02 * g.diameter, (count, 3))
     ids, kind = random.permutation(3 * count)[:count] + 1, np.where(
@@ -209,17 +262,25 @@ def random_states(g: Grains, count: int, side: float, thickness: float, samples:
         x = x + drift
         order = random.permutation(count)
         values = {"x": x[order], "id": ids[order], "type": kind[order]}
+        radius = own[order] / 2
         for name, scale in (("v", 0.1), ("omega", 50.0), ("f", 1e-2), ("torque", 1e-5)):
             values[name] = random.normal(0, scale, (count, 3))
         atoms = {name: np.ascontiguousarray(values[name], kind_) for name, kind_ in ARRAYS.items()}
         branch = atoms["x"][:, None] - atoms["x"]
         branch[..., 2] -= thickness * np.round(branch[..., 2] / thickness)
-        near = np.argwhere(np.triu(np.linalg.norm(branch, axis=2) < g.diameter, 1))
+        if not g.even:
+            atoms["radius"] = radius
+        reach = radius[:, None] + radius
+        near = np.argwhere(np.triu(np.linalg.norm(branch, axis=2) < reach, 1))
         mobile = atoms["type"] == 1
         near = near[mobile[near].any(axis=1)]
-        rows = np.zeros((len(near), 7))
+        rows = np.zeros((len(near), 10 if g.rolls else 7))
         rows[:, :2] = atoms["id"][near]
         rows[:, 3:6] = random.normal(0, 1, (len(near), 3)) * random.choice(
             [1e-8, 1e-3], (len(near), 1)
         )
+        if g.rolls:
+            rows[:, 6:9] = random.normal(0, 1, (len(near), 3)) * random.choice(
+                [1e-11, 1e-4], (len(near), 1)
+            )
         yield atoms, rows

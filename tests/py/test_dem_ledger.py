@@ -1,5 +1,6 @@
 """The library that keeps the grains' accounts, against the same in plain Python, and in parts."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -19,6 +20,17 @@ from dem_reference.spent import PARTS, Spent
 
 CASE = "cases/column_ci"
 GRAINS = Grains(2e-3, 2500.0, 5e6, 0.3, 0.88, 0.5)
+SPREAD = {"size_spread": 0.2, "wall_restitution": 0.5}
+ROLLING = {"rolling_friction": 0.1, "rolling_damping": 0.3}
+KINDS = {
+    "equal": GRAINS,
+    "spread": replace(GRAINS, **SPREAD),
+    "epsd": replace(GRAINS, **ROLLING),
+    "spread, two sizes, epsd2": replace(
+        GRAINS, sizes="two", rolling_model="epsd2", **SPREAD, **ROLLING
+    ),
+}
+every_kind = pytest.mark.parametrize("grains", KINDS.values(), ids=KINDS)
 DT, GRAVITY, THICKNESS, SIDE = 1e-5, 9.81, 0.008, 0.016
 # A Coulomb wall and floor that share a corner, a smooth front, and a gate that is being lifted.
 WALLS = [Plane(-1, 0, 0.0, 0.4), Plane(-3, 1, 0.0, 0.3), Plane(-4, 2, 0.0)]
@@ -30,8 +42,8 @@ ROUND_OFF = 1e-11
 PIECES = 40  # of a block of steps
 
 
-def states(samples=6, seed=5):
-    return list(oracle.random_states(GRAINS, 400, SIDE, THICKNESS, samples, seed))
+def states(grains=GRAINS, samples=6, seed=5):
+    return list(oracle.random_states(grains, 400, SIDE, THICKNESS, samples, seed))
 
 
 def look(moment: Moment, atoms: dict, rows: np.ndarray, owned=None) -> Moment:
@@ -39,21 +51,26 @@ def look(moment: Moment, atoms: dict, rows: np.ndarray, owned=None) -> Moment:
     return moment
 
 
-def new_moment() -> Moment:
-    return Moment(GRAINS, DT, GRAVITY, THICKNESS)
+def new_moment(grains=GRAINS) -> Moment:
+    return Moment(grains, DT, GRAVITY, THICKNESS)
 
 
-def told(atoms: dict, rows: np.ndarray) -> oracle.State:
-    return oracle.State(GRAINS, atoms, rows, DT, GRAVITY, THICKNESS, WALLS)
+def told(atoms: dict, rows: np.ndarray, grains=GRAINS) -> oracle.State:
+    return oracle.State(grains, atoms, rows, DT, GRAVITY, THICKNESS, WALLS)
 
 
-def test_contacts_are_those_of_plain_python():
-    for atoms, rows in states():
-        moment, plain = look(new_moment(), atoms, rows), told(atoms, rows)
+@every_kind
+def test_contacts_are_those_of_plain_python(grains):
+    for atoms, rows in states(grains):
+        moment, plain = look(new_moment(grains), atoms, rows), told(atoms, rows, grains)
         slid = [one["sliding"] for one in plain.pairs]
         assert 0.1 < np.mean(slid) < 0.9 and {one["rough"] for one in plain.walls} == {True, False}
-        for name in ("force", "elastic", "power", "work_rate"):
-            for ours, theirs in ((moment.pairs, plain.pairs), (moment.touches, plain.walls)):
+        both = ("force", "elastic", "power", "work_rate")
+        for names, ours, theirs in (
+            ((*both, "torque"), moment.pairs, plain.pairs),
+            ((*both, "driven"), moment.touches, plain.walls),
+        ):
+            for name in names:
                 expected = np.array([one[name] for one in theirs])
                 scale = np.abs(expected).max()
                 assert ours[name] == pytest.approx(expected, rel=ROUND_OFF, abs=1e-13 * scale)
@@ -61,24 +78,25 @@ def test_contacts_are_those_of_plain_python():
             assert getattr(moment.held, name) == pytest.approx(value, rel=ROUND_OFF), name
 
 
+@every_kind
 @pytest.mark.parametrize("every_step", [False, True])
-def test_accounts_are_those_of_plain_python(every_step):
-    (first, *others), moment = states(), new_moment()
+def test_accounts_are_those_of_plain_python(every_step, grains):
+    (first, *others), moment = states(grains), new_moment(grains)
     look(moment, *first)
     ours = Accounts(moment, INTERVAL, every_step, UNIT, THRESHOLD)
-    plain = oracle.Accounts(told(*first), INTERVAL, every_step, UNIT, THRESHOLDS)
+    plain = oracle.Accounts(told(*first, grains), INTERVAL, every_step, UNIT, THRESHOLDS)
     for atoms, rows in others:
         look(moment, atoms, rows)
-        state = told(atoms, rows)
+        state = told(atoms, rows, grains)
         ours.add(moment)
         plain.add(state)
         sums, enduring, _ = ours.row(moment)
         expected, by_id, lasting = plain.row(state)
         assert list(sums) == pytest.approx(expected, rel=ROUND_OFF)
         assert enduring == pytest.approx(lasting, rel=ROUND_OFF, abs=1e-12 * np.abs(expected).max())
-        grains = [by_id.get(int(one), 0.0) for one in atoms["id"]]
+        shares = [by_id.get(int(one), 0.0) for one in atoms["id"]]
         assert ours.by_grain(moment) == pytest.approx(
-            np.array(grains), rel=ROUND_OFF, abs=1e-13 * np.abs(grains).max()
+            np.array(shares), rel=ROUND_OFF, abs=1e-13 * np.abs(shares).max()
         )
     assert len(plain.classes) > 50 and 0 < enduring[1] != pytest.approx(enduring[3])
     found = ours.lifetimes()

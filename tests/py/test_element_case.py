@@ -19,6 +19,8 @@ from compare.element.case import Case
         "bumpy_shear",
         "cooling",
         "triaxial",
+        "triaxial/rolling",
+        "triaxial/sizes",
         "isotropic",
     ],
 )
@@ -37,7 +39,7 @@ def test_every_shipped_case_is_valid_and_names_its_points_apart(test):
         ),
         (
             ("friction = 0.5", "friktion = 0.5"),
-            "poisson_ratio, restitution, friction). Did you mean 'friction'?",
+            "rolling_model, rolling_damping). Did you mean 'friction'?",
         ),
         (("friction = 0.5", ""), "case.toml: missing key 'grains.friction'"),
         (("strain = 10.0", "strain = 'ten'"), "case.toml:18: shear.strain must be a number"),

@@ -30,6 +30,8 @@ SCENES: dict[str, list[str]] = {
         "walls.gate_speed=0.3",  # gone after half of them
         'walls.left="coulomb"',  # with springs of its own
         "walls.left_friction=0.5",
+        "grains.size_spread=0.2",
+        "grains.rolling_friction=0.1",
     ],
 }
 PATIENCE = 60.0  # [s]
