@@ -32,6 +32,8 @@ class Case {
   const std::string& where(const std::string& key) const { return values_.where(key); }
   /// Whether a layer flows down a plane, in place of a column that collapses.
   bool chute() const { return is_chute(values_); }
+  /// Whether the column stands in a silo and leaves by the orifice in its bottom.
+  bool silo() const { return is_silo(values_); }
 
   /// The complete case as TOML, defaults and overrides included, the law's constants not softened;
   /// itself a case file that resolves to the same.

@@ -1,4 +1,4 @@
-"""What a scene is, of the table [geometry] of its case: a column that collapses, or a chute."""
+"""What a scene is, of the table [geometry] of its case: a column that collapses, a chute, a silo."""
 
 from math import cos, radians, sin
 
@@ -9,6 +9,11 @@ from cases.errors import CaseError
 def is_chute(geometry: dict) -> bool:
     """Whether a layer flows down a plane; a case that does not say is a collapse."""
     return geometry.get("scene", "collapse") == "chute"
+
+
+def is_silo(geometry: dict) -> bool:
+    """Whether a column leaves a silo by an orifice in its bottom."""
+    return geometry.get("scene", "collapse") == "silo"
 
 
 def gravity_of(geometry: dict) -> tuple[float, float]:

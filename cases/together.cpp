@@ -60,11 +60,40 @@ void check_collapse(const Values& c) {
   if (!c.has(end)) refuse(c.source, "missing key '{}' ({})", end, find_key(schema(), end)->doc);
 }
 
+/// A silo is a collapse that leaves by an orifice: its wall at x = L0 stays.
+void check_silo(const Values& c) {
+  for (const char* key : {"geometry.orifice", "geometry.fall"})
+    if (!c.has(key))
+      refuse(c.where("geometry.scene"), "missing key '{}' ({})", key, find_key(schema(), key)->doc);
+  const auto only = [&](const char* key, const char* word, const char* why) {
+    if (c.word(key) != word)
+      refuse(c.where(key), "{} = \"{}\" contradicts geometry.scene = \"silo\" ({}; only \"{}\")",
+             key, c.word(key), why, word);
+  };
+  only("walls.base", "coulomb", "its bottom and the floor below are plates");
+  only("walls.gate", "instantaneous", "its wall stays");
+  only("walls.front_back", "periodic", "its plates span a period");
+  only("initial.state", "nominal", "no packing in a silo is mapped");
+  if (c.word("geometry.dimension") == "axisymmetric")
+    refuse(c.where("geometry.dimension"),
+           "geometry.dimension = \"axisymmetric\" contradicts geometry.scene = \"silo\" (its "
+           "orifice is a slot)");
+  const double half = c.number("geometry.orifice"), length = c.number("geometry.length");
+  if (half >= length)
+    refuse(c.where("geometry.orifice"),
+           "geometry.orifice = {:g} is not shorter than geometry.length = {:g} (it would have no "
+           "bottom)",
+           half, length);
+}
+
+bool is_scene(const Values& scene, const char* word) {
+  return scene.has("geometry.scene") && scene.word("geometry.scene") == word;
+}
+
 }  // namespace
 
-bool is_chute(const Values& scene) {
-  return scene.has("geometry.scene") && scene.word("geometry.scene") == "chute";
-}
+bool is_chute(const Values& scene) { return is_scene(scene, "chute"); }
+bool is_silo(const Values& scene) { return is_scene(scene, "silo"); }
 
 namespace {
 
@@ -84,6 +113,14 @@ void check_scene(const Values& c) {
   };
   const bool chute = is_chute(c);
   chute ? check_chute(c) : check_collapse(c);
+  if (is_silo(c)) {
+    check_silo(c);
+  } else {
+    for (const char* key : {"geometry.orifice", "geometry.fall"})
+      if (c.has(key))
+        refuse(c.where(key), "{} = {:g} without geometry.scene = \"silo\" (only a silo has it)", key,
+               c.number(key));
+  }
   pair("walls.base", "coulomb", "walls.base_friction");
   pair("walls.left", "coulomb", "walls.left_friction");
   pair("walls.gate", "lifted", "walls.gate_speed");

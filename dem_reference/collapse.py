@@ -12,7 +12,7 @@ from cases import openpmd
 from cases.errors import EngineError, Failure
 from cases.scenes import gravity_of
 
-from . import restart, scene
+from . import plates, restart, scene
 from .audit import Audit, without_split
 from .checkpoint import Keeper, Unfinished
 from .contacts import Snapshot
@@ -65,7 +65,8 @@ def settled(case: dict, grains: Grains, packing: Path, work: Path) -> str:
     the file that they name is put.
     """
     shutil.copyfile(packing / RESTART, work / RESTART)
-    return scene.beginning(case, grains, f"read_restart {RESTART}", grains.young_modulus)
+    begin = scene.beginning(case, grains, f"read_restart {RESTART}", grains.young_modulus)
+    return f"{begin}\n{plates.raised(case)}" if scene.silo(case) else begin
 
 
 def acting(case: dict, grains: Grains, plan: Plan, work: Path, lifted: bool) -> str:
@@ -76,7 +77,8 @@ def acting(case: dict, grains: Grains, plan: Plan, work: Path, lifted: bool) -> 
         scene.material(case, grains, grains.young_modulus, grains.friction),
         scene.bodies(case, grains),
         f"timestep {plan.dt:.17g}",
-        scene.lifted_gate(case, grains, work / "gate.stl") if lifted else "",
+        plates.lifted_gate(case, grains, work) if lifted else "",
+        plates.silo(case, grains, work) if scene.silo(case) else "",
         f"thermo {plan.row}",
     ]
     return "\n".join(commands)
@@ -112,7 +114,7 @@ class Column:
         else:
             self.bounds = kept["bounds"]
             self.resume(kept, log.parent)
-        self.count, self.walls = self.engine.count(), scene.planes(case, self.grains)
+        self.count, self.walls = self.engine.count(), plates.standing(case, self.grains)
         self.periods = scene.periods(case)
         self.moment = Moment(self.grains, self.plan.dt, self.weight, pull=self.pull, **self.periods)
         beyond = geometry["height"] + self.grains.largest
@@ -170,7 +172,7 @@ class Column:
     def drop_gate(self, now: float) -> None:
         """Removes a gate that has been lifted beyond the column."""
         if self.lifted and now >= self.gate_gone:
-            self.engine.commands(scene.REMOVE_LIFTED_GATE + "\nrun 0")
+            self.engine.commands(plates.REMOVE_LIFTED_GATE + "\nrun 0")
             self.lifted = False
 
     def refuse_losses(self, now: float) -> None:

@@ -109,7 +109,7 @@ class _Classes(Structure):
 
 
 PLANE = np.dtype(
-    [(name, "f8") for name in ("position", "friction", "lowest", "rise")]
+    [(name, "f8") for name in ("position", "friction", "lowest", "begin", "rise")]
     + [(name, "i8") for name in ("code", "axis")]
 )
 PAIR = np.dtype(
@@ -173,7 +173,7 @@ def array(address: int | None, dtype: np.dtype | type, *shape: int) -> np.ndarra
 
 def planes_of(walls: list[Plane]) -> np.ndarray:
     """Walls as the library takes them (n,)."""
-    rows = [(w.position, w.friction, w.lowest, w.rise, w.code, w.axis) for w in walls]
+    rows = [(w.position, w.friction, w.lowest, w.begin, w.rise, w.code, w.axis) for w in walls]
     return np.array(rows, PLANE)
 
 

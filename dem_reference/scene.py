@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from cases.scenes import floor_length, gravity_of, is_chute
+from cases.scenes import floor_length, gravity_of, is_chute, is_silo
 
 from .base import rough_base
 from .grains import PLAIN_YOUNG_MODULUS, Grains
@@ -49,6 +49,11 @@ def axisymmetric(case: dict) -> bool:
 def width(case: dict) -> float:
     """Extent of the scene along z [m]."""
     return case["geometry"]["floor_length" if axisymmetric(case) else "thickness"]
+
+
+def silo(case: dict) -> bool:
+    """Whether the column leaves by an orifice in its bottom."""
+    return is_silo(case["geometry"])
 
 
 def chute(case: dict) -> bool:
@@ -116,16 +121,17 @@ def beyond_floor(x: np.ndarray, case: dict) -> np.ndarray:
 class Plane:
     """A plane wall: what the contact records call it and where it is."""
 
-    code: int  # -1 left, -2 gate, -3 floor, -4 front, -5 back
+    code: int  # -1 left, -2 gate or wall of a silo, -3 floor, -4 front, -5 back, -6 bottom
     axis: int
     position: float  # [m]
     friction: float = 0.0
     lowest: float = -inf  # y of its lower edge [m], for a gate that is being lifted
+    begin: float = -inf  # x of its left edge [m], of a silo's bottom
     rise: float = 0.0  # its speed along y [m/s]
 
 
 def planes(case: dict, grains: Grains) -> list[Plane]:
-    """The walls that stay, so without the gate."""
+    """The walls that stay, so without the gate, and without those of a silo (plates.py)."""
     walls = case["walls"]
     out = [
         *([] if chute(case) else [Plane(-1, 0, 0.0, walls["left_friction"])]),
@@ -323,35 +329,3 @@ def rising_gate(case: dict, time: float) -> Plane:
     """The gate `time` [s] after it began to rise from y = 0."""
     speed = case["walls"]["gate_speed"]
     return Plane(-2, 0, case["geometry"]["length"], lowest=speed * time, rise=speed)
-
-
-def lifted_gate(case: dict, grains: Grains, stl: Path) -> str:
-    """Commands for a smooth gate that rises at walls.gate_speed; writes its triangles to `stl`.
-
-    A mesh must span the periodic thickness exactly, or contacts count twice at the seam, and its
-    triangles must be well shaped: so the strip from y = 0 to two diameters above the column is cut
-    into near-squares of two triangles each.
-    """
-    geometry = case["geometry"]
-    x, top, width = (
-        geometry["length"],
-        geometry["height"] + 2 * grains.largest,
-        geometry["thickness"],
-    )
-    y = np.linspace(0, top, max(1, round(top / width)) + 1)
-    facets = [((a, 0), (b, 0), (b, width)) for a, b in zip(y, y[1:])] + [
-        ((a, 0), (b, width), (a, width)) for a, b in zip(y, y[1:])
-    ]
-    lines = ["solid gate"]
-    for facet in facets:
-        vertices = "\n".join(f"vertex {x:.17g} {a:.17g} {b:.17g}" for a, b in facet)
-        lines.append(f"facet normal 1 0 0\nouter loop\n{vertices}\nendloop\nendfacet")
-    stl.write_text("\n".join([*lines, "endsolid gate", ""]))
-    return (
-        f"fix plate all mesh/surface file {stl.name} type {TYPES['smooth']}\n"
-        f"fix gate {wall(grains)} mesh n_meshes 1 meshes plate\n"
-        f"fix rise all move/mesh mesh plate linear 0 {case['walls']['gate_speed']:.17g} 0"
-    )
-
-
-REMOVE_LIFTED_GATE = "unfix rise\nunfix gate\nunfix plate"

@@ -20,7 +20,7 @@ from cases import children
 from cases.errors import CaseError
 from cases.programs import unstarted
 
-from . import scene
+from . import plates, scene
 from .audit import without_split
 from .collapse import Plan, close, finish, release
 from .contacts import Snapshot
@@ -91,7 +91,7 @@ def collapse_by_script(
     run_script(log, ranks, plan, report)
     history = thermo(log)
     steps = sorted(int(path.name.split(".")[1]) for path in work.glob("atoms.*.bin"))
-    elastic, fluctuation, walls = [], [], scene.planes(case, grains)
+    elastic, fluctuation, walls = [], [], plates.standing(case, grains)
     thickness = case["geometry"]["thickness"] if case["walls"]["front_back"] == "periodic" else None
     with Result(target, attributes) as result:
         for step in steps:

@@ -222,8 +222,7 @@ void Moment::add_torque(const Pair& pair) {
   pair_torque_[pair.second] -= pair.torque + other * turn;
 }
 
-/// Contacts of owned grains with one wall: R* = r, m* = m; the lower edge may be touched from
-/// below.
+/// Contacts of owned grains with one wall: R* = r, m* = m; its edges may be touched from beyond.
 void Moment::touch(const Plane& plane) {
   for (std::int64_t k = 0; k < atoms_.owned; ++k) {
     const double r = radius(k);
@@ -231,6 +230,7 @@ void Moment::touch(const Plane& plane) {
     if (!mobile_[k] || std::abs(x[plane.axis] - plane.position) >= r) continue;
     Vector gap = Vector::Zero();  // from the nearest point of the wall to the centre
     gap[plane.axis] = x[plane.axis] - plane.position;
+    gap.x() += std::min(x.x() - plane.begin, 0.0);
     gap.y() += std::min(x.y() - plane.lowest, 0.0);
     const double distance = gap.norm(), delta = r - distance;
     if (distance >= r) continue;

@@ -61,9 +61,10 @@ struct Scene {
   int columns() const { return rolling() == Rolling::none ? kPlainColumns : kRollingColumns; }
 };
 
-/// A wall that stands: a half-plane across `axis` at `position`, its lower edge at y = `lowest`.
+/// A wall that stands: a part of the plane across `axis` at `position`, its lower edge at y =
+/// `lowest`, its left one at x = `begin`.
 struct Plane {
-  double position, friction, lowest, rise;  // rise: its speed along y [m/s]
+  double position, friction, lowest, begin, rise;  // rise: its speed along y [m/s]
   std::int64_t code, axis;
 };
 

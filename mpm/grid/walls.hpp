@@ -37,12 +37,23 @@ struct Wall {
   }
 };
 
-/// A gate at x = position, whose lower edge is at y = edge(t): nothing passes it above that edge.
+/// A gate at x = position, whose lower edge rises from y = edge: nothing passes it above that edge.
 struct Gate {
   double position = 0.0, speed = 0.0;
   bool present = false;
+  double edge = 0.0;
   bool closes(double x, double y, double time) const {
-    return present && x >= position && y >= speed * time;
+    return present && x >= position && y >= edge + speed * time;
+  }
+};
+
+/// The bottom of a silo: a plate one cell thick, its top at y = top, from x = begin on.
+struct Shelf {
+  double begin = 0.0, top = 0.0, cell = 0.0;
+  Wall wall;
+  bool present = false;
+  bool holds(double x, double y) const {
+    return present && x > begin - 0.5 * cell && y < top + 0.5 * cell && y > top - 1.5 * cell;
   }
 };
 

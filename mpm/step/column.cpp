@@ -47,6 +47,11 @@ double normal_gravity(const Case& scene) {
   return scene.chute() ? g * std::cos(slope(scene)) : g;
 }
 
+/// y of the bottom on which the column stands: the base, or the bottom of a silo, at a node [m].
+double bottom(const Case& scene, double h) {
+  return scene.silo() ? h * std::round(scene.number("geometry.fall") / h) : 0.0;
+}
+
 template <int dim>
 SolverSetup<dim> setup_of(const Case& scene, const Numerics& numerics) {
   const double H = scene.number("geometry.height"), L = scene.number("geometry.length");
@@ -54,7 +59,7 @@ SolverSetup<dim> setup_of(const Case& scene, const Numerics& numerics) {
   SolverSetup<dim> setup;
   // room above the column for points thrown up; a point that leaves ends the run and says so
   const std::array<double, 3> extent{scene.chute() ? L : scene.number("geometry.floor_length"),
-                                     1.5 * H + 4.0 * h, W};
+                                     bottom(scene, h) + 1.5 * H + 4.0 * h, W};
   for (int d = 0; d < dim; ++d)
     setup.cells[d] = static_cast<int>(std::ceil(extent[static_cast<std::size_t>(d)] / h - 1e-9));
   if (dim == 3 && std::abs(setup.cells[dim - 1] * h - W) > 1e-9 * W)
@@ -81,6 +86,12 @@ SolverSetup<dim> setup_of(const Case& scene, const Numerics& numerics) {
   setup.axisymmetric = scene.word("geometry.dimension") == "axisymmetric";
   if (scene.word("walls.gate") == "lifted")
     setup.gate = {L, scene.number("walls.gate_speed"), true};
+  if (scene.silo()) {
+    const double top = bottom(scene, h);
+    setup.gate = {L, 0.0, true, top - 0.5 * h};
+    const double begin = h * std::round(scene.number("geometry.orifice") / h);
+    setup.shelf = {begin, top, h, {Contact::coulomb, scene.number("walls.base_friction")}, true};
+  }
   return setup;
 }
 
@@ -116,6 +127,7 @@ template <int dim>
 Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& start,
                       bool axisymmetric, std::vector<InitialState>& initial) {
   const double H = scene.number("geometry.height"), g = normal_gravity(scene);
+  const double foot = bottom(scene, scene.number("mpm.cell_size"));
   const double rho_s = scene.number("grains.density"), e0 = scene.number("initial.void_ratio");
   const auto& [count, pitch] = lattice;
   Points<dim> points;
@@ -141,6 +153,7 @@ Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& st
         points.void_ratio[p] = e0;
         points.id[p] = static_cast<std::uint32_t>(p);
         const double sigma_v = rho_s * g / (1.0 + e0) * (H - points.x[p][1]);
+        points.x[p][1] += foot;
         initial[p] = {SymTensor{K0 * sigma_v, sigma_v, K0 * sigma_v, 0.0, 0.0, 0.0}, e0,
                       temperature};
       }

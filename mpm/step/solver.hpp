@@ -32,6 +32,7 @@ struct SolverSetup {
   Eigen::Matrix<double, Dim, 1> gravity;  // [m/s2]
   Walls<Dim> walls;
   Gate gate;
+  Shelf shelf = {};
   bool axisymmetric = false;  // x is the radius
   Numerics numerics;
   Period period = {};  // along x; cells[0] are then all its cells
@@ -209,7 +210,7 @@ class Solver final : public Simulation {
       velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = FloatNode<dim>(node);
   }
   Vec constrained(const Vec& v, const std::array<int, dim>& node, double time) const {
-    bool free = !setup_.gate.present;
+    bool free = !setup_.gate.present && !setup_.shelf.present;
     for (int d = 0; d < dim; ++d) free = free && node[d] > 0 && node[d] < grid_.axes[d].nodes - 1;
     return free ? v : constrained_here(v, node, time);
   }

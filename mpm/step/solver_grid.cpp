@@ -51,10 +51,11 @@ auto Solver<D>::scatter(ClearedGrid grid, Forces forces) -> LoadedGrid {
 template <int D>
 [[gnu::noinline]] auto Solver<D>::constrained_here(Vec v, const std::array<int, dim>& node,
                                                    double time) const -> Vec {
-  if (setup_.gate.present && v[0] > 0.0 &&
-      setup_.gate.closes(grid_.axes[0].node_position[static_cast<std::size_t>(node[0])],
-                         grid_.axes[1].node_position[static_cast<std::size_t>(node[1])], time))
-    v[0] = 0.0;
+  const auto along = [&](int d) {
+    return grid_.axes[static_cast<std::size_t>(d)].node_position[static_cast<std::size_t>(node[d])];
+  };
+  if (setup_.gate.present && v[0] > 0.0 && setup_.gate.closes(along(0), along(1), time)) v[0] = 0.0;
+  if (setup_.shelf.holds(along(0), along(1))) v = setup_.shelf.wall.apply(v, 1, 1.0);
   for (int d = dim - 1; d >= 0; --d) {
     if (node[d] > 0 && node[d] < grid_.axes[d].nodes - 1) continue;
     if (node[d] == 0) v = setup_.walls[d][0].apply(v, d, 1.0);
