@@ -65,8 +65,7 @@ def settled(case: dict, grains: Grains, packing: Path, work: Path) -> str:
     the file that they name is put.
     """
     shutil.copyfile(packing / RESTART, work / RESTART)
-    begin = scene.beginning(case, grains, f"read_restart {RESTART}", grains.young_modulus)
-    return f"{begin}\n{plates.raised(case)}" if scene.silo(case) else begin
+    return scene.beginning(case, grains, f"read_restart {RESTART}", grains.young_modulus)
 
 
 def acting(case: dict, grains: Grains, plan: Plan, work: Path, lifted: bool) -> str:
@@ -90,7 +89,14 @@ def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -
     """
     lifted = case["walls"]["gate"] == "lifted"
     begin, act = settled(case, grains, packing, work), acting(case, grains, plan, work, lifted)
-    return "\n".join([begin, act, RELEASE])
+    return "\n".join([begin, act, released(case)])
+
+
+def released(case: dict) -> str:
+    """Commands at the instant of release, when all that acts is there."""
+    if not scene.silo(case):
+        return RELEASE
+    return plates.RAISE.format(case["geometry"]["fall"]) + "\n" + RELEASE
 
 
 class Column:
@@ -110,7 +116,7 @@ class Column:
             self.engine.commands(begin)
             self.bounds = self.engine.bounds()
             act = acting(case, self.grains, self.plan, log.parent, self.lifted)
-            self.engine.commands(f"{act}\n{RELEASE}")
+            self.engine.commands(f"{act}\n{released(case)}")
         else:
             self.bounds = kept["bounds"]
             self.resume(kept, log.parent)

@@ -8,6 +8,9 @@ from . import scene
 from .grains import Grains
 from .scene import TYPES, Plane
 
+# Puts a settled column into its silo, so many metres up. The engine moves no atoms before a run has
+# handed out what the restart holds of each.
+RAISE = "run 0\ndisplace_atoms all move 0 {:.17g} 0 units box"
 REMOVE_LIFTED_GATE = "unfix rise\nunfix gate\nunfix plate"
 
 
@@ -55,16 +58,12 @@ def silo(case: dict, grains: Grains, work: Path) -> str:
     top = fall + geometry["height"] + 2 * grains.largest
     write_strip(work / "bottom.stl", 1, fall, (geometry["orifice"], length), thickness)
     write_strip(work / "side.stl", 0, length, (fall, top), thickness)
-    return "\n".join(
-        f"fix {name}_plate all mesh/surface file {name}.stl type {TYPES[kind]}\n"
-        f"fix {name} {scene.wall(grains)} mesh n_meshes 1 meshes {name}_plate"
+    meshes = [
+        f"fix {name} all mesh/surface file {name}.stl type {TYPES[kind]}"
         for name, kind in (("bottom", "base"), ("side", "smooth"))
-    )
-
-
-def raised(case: dict) -> str:
-    """The command that puts a settled column into its silo."""
-    return f"displace_atoms all move 0 {case['geometry']['fall']:.17g} 0 units box"
+    ]
+    both = f"fix silo {scene.wall(grains)} mesh n_meshes 2 meshes bottom side"
+    return "\n".join([*meshes, both])
 
 
 def standing(case: dict, grains: Grains) -> list[Plane]:

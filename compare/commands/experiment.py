@@ -1,6 +1,6 @@
-"""Columns of published aspect ratios: both engines beside what experiments and others measured.
+"""Columns of published aspect ratios, or slots of a silo: both engines beside what is published.
 
-The aspect ratios stand in the table [experiment] of cases/<case>/study.toml, what is published in
+Aspect ratios or slots stand in the table [experiment] of cases/<case>/study.toml, what is published in
 cases/published.toml. Every run is kept in runs/studies/points. Written to --out: experiment.csv,
 experiment.html and the figure.
 """
@@ -11,7 +11,7 @@ from cases import case, provenance
 from cases.files import write_table
 from cases.lookup import find_case
 from compare.study import experiment, page, published, recipe, sweep
-from compare.study.deposit import DEFINITIONS
+from compare.study.deposit import definitions
 
 
 def arguments(parser):
@@ -23,7 +23,7 @@ def run(options) -> int:
 
     scene = case.load(find_case(options.case))
     columns = experiment.plan(scene, recipe.study(scene, "experiment"))
-    others = published.of(scene["geometry.dimension"])
+    others, figures = published.of(scene["geometry"]), definitions(scene)
     with sweep.prepared(scene, options, "experiment", "experiment.html") as out:
         tasks = [one.as_json() for column in columns for one in column.recipes]
         made = iter(sweep.run_tasks(scene, tasks, options, "compare.study.deposit"))
@@ -36,7 +36,7 @@ def run(options) -> int:
             provenance.head(
                 origin,
                 "lengths in L0",
-                *(f"{name}: {words}" for name, words in DEFINITIONS.items()),
+                *(f"{name}: {words}" for name, words in figures.items()),
             ),
             table,
         )
@@ -47,10 +47,10 @@ def run(options) -> int:
             origin,
             [
                 (
-                    "Run-out and height",
+                    " and ".join(name.replace("_", "-") for name in figures).capitalize(),
                     [
                         drawn.alt,
-                        *(f"{name}: {words}." for name, words in DEFINITIONS.items()),
+                        *(f"{name}: {words}." for name, words in figures.items()),
                         *(f"{one.name}: {one.source}." for one in others),
                     ],
                     drawn,
@@ -58,7 +58,15 @@ def run(options) -> int:
             ],
             {"Every figure": table},
         )
-        shown = ["aspect_ratio", "figure", "mpm", "numerical", "dem", "deviation", "verdict"]
+        shown = [
+            experiment.place_of(scene),
+            "figure",
+            "mpm",
+            "numerical",
+            "dem",
+            "deviation",
+            "verdict",
+        ]
         shown += ["published_least", "published_most"]
         print(table[shown].to_string(index=False, float_format=lambda x: f"{x:.3g}"))
     return 0

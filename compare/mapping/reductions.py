@@ -256,18 +256,21 @@ def example_run(
     engine="dem",
     diameter=0.1,
     state=None,
+    silo=None,
     **fields,
 ):
     """A run made of arrays, for examples of metrics and statements: H = L0 = g = 1, e0 = 1, points
     of mass 1.
 
-    x: (frames, N, 3); state: records by name, (frames, N); solid_fraction and other fields:
+    silo: orifice and fall [m] of one. x: (frames, N, 3); state: records by name, (frames, N); solid_fraction and other fields:
     (frames, ny, nx, ...) on a grid of `spacing`.
     """
     case = parse(
         "[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
         "floor_length = 100.0\n"
-        f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
+        + "".join(f"{key} = {value}\n" for key, value in (silo or {}).items())
+        + ('scene = "silo"\n[walls]\nbase = "coulomb"\n' if silo else "")
+        + f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
         "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\n"
         "margin_time = 0.05\nmargin_energy = 0.05\nmargin_distance = 0.03\n"
     )

@@ -1,4 +1,4 @@
-"""The deposit that a run leaves, in a process of its own.
+"""The deposit that a run leaves, or the discharge of its silo, in a process of its own.
 
 python3 -m compare.study.deposit CASE TASK -o RESULT.json
 """
@@ -9,10 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from cases.case import load
+from cases.case import Case, load
+from cases.scenes import is_silo
 from cases.scratch import temporary
 from cases.stages import Stage, run_stages
-from compare.mapping.runs import seconds_of
+from compare.mapping.runs import Run, seconds_of
+from compare.metrics.discharge import discharge
 from compare.metrics.final_height import final_height
 from compare.study import job
 from compare.study.figures import at_end
@@ -25,6 +27,15 @@ DEFINITIONS = {
     f"than {SHARE:g} of a close-packed monolayer of grains, on the mapped field",
     "height": "height of the free surface at the end over L0 (metric final_height)",
 }
+DEFINITIONS_SILO = {
+    "discharge": "mass that leaves per time and per length of the slot, over rho_b sqrt(g) D^1.5, D "
+    "the width of the slot (metric discharge)"
+}
+
+
+def definitions(scene: Case) -> dict[str, str]:
+    """The figures of a scene's runs, and what each is."""
+    return DEFINITIONS_SILO if is_silo(scene["geometry"]) else DEFINITIONS
 
 
 def edge(x: np.ndarray, solid: np.ndarray, diameter: float) -> float:
@@ -43,19 +54,30 @@ def edge(x: np.ndarray, solid: np.ndarray, diameter: float) -> float:
 
 
 def of(scene: Path, recipe: Recipe) -> dict[str, float]:
-    """Run-out and height [L0], end [sqrt(H/g)] and processor time of the engine [s]."""
+    """Figures of `definitions`, end [sqrt(H/g)] and processor time of the engine [s]."""
     with temporary() as folder:
         result = folder / "run.h5"
         run_stages([Stage(recipe.label, recipe.words(scene, result))], quiet=True)
         run = at_end(result)
-        grid = run.fields.grid
-        solid = run.fields["solid_fraction"][-1].sum(axis=0) * grid.spacing
         return {
-            "run_out": edge(grid.x, solid, run.diameter) / run.length - 1.0,
-            "height": final_height(run),
+            **(discharged(run) if is_silo(run.case["geometry"]) else deposited(run)),
             "until": float(run.tau()[-1]),
             "cpu_seconds_engine": seconds_of(run, "cpu_seconds_engine"),
         }
+
+
+def deposited(run: Run) -> dict[str, float]:
+    """Run-out and height [L0]."""
+    grid = run.fields.grid
+    solid = run.fields["solid_fraction"][-1].sum(axis=0) * grid.spacing
+    return {
+        "run_out": edge(grid.x, solid, run.diameter) / run.length - 1.0,
+        "height": final_height(run),
+    }
+
+
+def discharged(run: Run) -> dict[str, float]:
+    return {"discharge": discharge(run)}
 
 
 def make(scene: Path, task: dict) -> dict:
@@ -67,7 +89,7 @@ def make(scene: Path, task: dict) -> dict:
             of(scene, replace(recipe, sets=(*recipe.sets, *more)))
             for more in siblings.overrides(load(scene, recipe.sets)).values()
         ]
-        for name in DEFINITIONS:
+        for name in definitions(load(scene, recipe.sets)):
             found[f"{name}_numerical"] = siblings.bar(*(found[name] - one[name] for one in others))
     return found
 

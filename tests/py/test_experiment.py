@@ -55,10 +55,10 @@ def test_edge_of_a_deposit_of_known_depth():
 def test_columns_of_a_case_keep_its_length():
     scene = case.load(SCENE)
     columns = experiment.plan(scene, recipe.study(scene, "experiment"))
-    assert [one.aspect_ratio for one in columns] == [0.5, 1.0, 2.0]
+    assert [one.place for one in columns] == [0.5, 1.0, 2.0]
     for one in columns:
         assert len(one.dem) == 3 and {r.seed for r in one.dem} == {1, 2, 3}
-        assert float(str(one.mpm["geometry.height"])) == pytest.approx(one.aspect_ratio * 0.024)
+        assert float(str(one.mpm["geometry.height"])) == pytest.approx(one.place * 0.024)
 
 
 def test_figures_are_judged_by_margin_scatter_and_numerics():

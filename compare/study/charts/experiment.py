@@ -1,4 +1,4 @@
-"""Run-out and height over the aspect ratio: both engines, and what is published."""
+"""Figures over the aspect ratio, or the width of a slot: both engines, and what is published."""
 
 from pathlib import Path
 
@@ -8,19 +8,28 @@ import pandas as pd
 from matplotlib.artist import Artist
 
 from compare.study.charts import STUDY_STYLE, Picture, save
-from compare.study.published import FIGURES, Published
+from compare.study.published import Published
 
-LABELS = {"run_out": "run-out $(L_f - L_0)/L_0$", "height": "height of the deposit $H_f/L_0$"}
-WORDS = {"run_out": "run-out", "height": "height"}
+LABELS = {
+    "run_out": "run-out $(L_f - L_0)/L_0$",
+    "height": "height of the deposit $H_f/L_0$",
+    "discharge": "discharge $W/(\\rho_b\\sqrt{g}D^{3/2})$",
+}
+WORDS = {"run_out": "run-out", "height": "height", "discharge": "discharge"}
+PLACES = {"aspect_ratio": ("a", "aspect ratio $a = H/L_0$"), "slot": ("D/d", "slot $D/d$")}
 OURS = {"dem": ("grains", "s", "#c46a1b"), "mpm": ("continuum", "o", "#1f5fa8")}
 OTHERS = (("-", "P"), ("--", "X"), (":", "D"))  # lines and markers of what is published
 
 
 def draw(table: pd.DataFrame, published: list[Published], path: Path) -> Picture:
-    least, most = table["aspect_ratio"].min(), table["aspect_ratio"].max()
+    place = table.columns[0]
+    least, most = table[place].min(), table[place].max()
+    shown = list(dict.fromkeys(table["figure"]))
     with plt.rc_context(STUDY_STYLE):
-        figure, axes = plt.subplots(1, 2, figsize=(12.0, 4.2), layout="constrained")
-        for ax, name in zip(axes, FIGURES):
+        size = (4.0 + 4.0 * len(shown), 4.2)
+        figure, row = plt.subplots(1, len(shown), figsize=size, layout="constrained", squeeze=False)
+        axes = row[0]
+        for ax, name in zip(axes, shown):
             for one, (line, marker) in zip(published, OTHERS):
                 for piece in one.laws.get(name, []):
                     a = np.linspace(max(piece.low, least), max(min(piece.high, most), least), 60)
@@ -31,7 +40,7 @@ def draw(table: pd.DataFrame, published: list[Published], path: Path) -> Picture
             for engine, (word, marker, colour) in OURS.items():
                 bars = rows["numerical"] if engine == "mpm" else rows["deviation"].fillna(0.0)
                 ax.errorbar(
-                    rows["aspect_ratio"],
+                    rows[place],
                     rows[engine],
                     yerr=bars,
                     fmt=marker,
@@ -40,12 +49,12 @@ def draw(table: pd.DataFrame, published: list[Published], path: Path) -> Picture
                     color=colour,
                     label=f"{word}, {'numerical error' if engine == 'mpm' else 'scatter'}",
                 )
-            ax.set(xlabel="aspect ratio $a = H/L_0$", ylabel=LABELS[name], ylim=(0.0, None))
+            ax.set(xlabel=PLACES[place][1], ylabel=LABELS[name], ylim=(0.0, None))
         handles: dict[str, Artist] = {}
         for ax in axes:
             for handle, label in zip(*ax.get_legend_handles_labels()):
                 handles.setdefault(label, handle)
-        axes[1].legend(
+        axes[-1].legend(
             handles.values(),
             handles.keys(),
             loc="upper left",
@@ -58,8 +67,9 @@ def draw(table: pd.DataFrame, published: list[Published], path: Path) -> Picture
 
 def told(table: pd.DataFrame) -> str:
     """What the picture shows, in words."""
+    place = table.columns[0]
     parts = [
-        f"a = {row['aspect_ratio']:g}: {WORDS[row['figure']]} {row['mpm']:.2f} of the continuum, "
+        f"{PLACES[place][0]} = {row[place]:g}: {WORDS[row['figure']]} {row['mpm']:.2f} of the continuum, "
         f"{row['dem']:.2f} of the grains, {row['verdict']}"
         for _, row in table.iterrows()
     ]
