@@ -51,7 +51,8 @@ def lifted_gate(case: dict, grains: Grains, work: Path) -> str:
 
 def silo(case: dict, grains: Grains, work: Path) -> str:
     """Commands for the bottom of a silo beside its orifice, a Coulomb plate, and for its smooth
-    wall at x = L0 above it; their triangles go into the folder `work`.
+    wall at x = L0 above it; their triangles go into the folder `work`. Where the bottom's lip meets
+    the seam of the period, the engine lets both corners of the mesh push, and `force_error` tells.
     """
     geometry = case["geometry"]
     fall, length, thickness = (geometry[name] for name in ("fall", "length", "thickness"))

@@ -13,7 +13,7 @@ from cases import case, cost
 from cases.errors import exit_code
 from cases.files import write_atomically
 from cases.programs import ROOT
-from cases.scenes import is_chute
+from cases.scenes import is_chute, is_silo
 
 PICTURES = ROOT / "docs" / "pictures" / "scenes"
 PAGE = ROOT / "docs" / "reference" / "cases.md"
@@ -58,6 +58,26 @@ stroke-dasharray="4 3"/>
 """
 
 
+SILO = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 150" width="300" height="150" \
+role="img" aria-label="{words}">
+<rect width="300" height="150" fill="#fff"/>
+<pattern id="grains" width="{pitch:.3f}" height="{pitch:.3f}" patternUnits="userSpaceOnUse" \
+x="{x:.3f}" y="{y:.3f}"><circle cx="{half:.3f}" cy="{half:.3f}" r="{radius:.3f}" fill="#c8561b"/>
+</pattern>
+<rect x="{x:.3f}" y="{y:.3f}" width="{length:.3f}" height="{height:.3f}" fill="url(#grains)"/>
+<path d="M{x:.3f} 8V118H292M{lip:.3f} {foot:.3f}H{end:.3f}V8" fill="none" stroke="#26292e" \
+stroke-width="1.5"/>
+<path d="M{x:.3f} {foot:.3f}H{lip:.3f}" fill="none" stroke="#1f5fa8" stroke-width="1.2" \
+stroke-dasharray="4 3"/>
+<g font-family="DejaVu Sans, sans-serif" font-size="10" fill="#26292e">
+<text x="{middle:.3f}" y="132" text-anchor="middle">{long}</text>
+<text x="54" y="{beside:.3f}" text-anchor="end">{high}</text>
+<text x="292" y="112" text-anchor="end" fill="#1f5fa8">half a slot of {slot}</text>
+<text x="292" y="146" text-anchor="end">{about}</text>
+</g></svg>
+"""
+
+
 def millimetres(value: float) -> str:
     return f"{1000.0 * value:.4g} mm"
 
@@ -74,6 +94,12 @@ def words(scene: case.Case) -> str:
             f"A layer {high} deep, of grains of {grains}, on a plane of {angle:g} degrees; it "
             f"repeats after {long}"
         )
+    if is_silo(scene["geometry"]):
+        slot = millimetres(2.0 * scene["geometry.orifice"])
+        return (
+            f"One half of a silo, {long} long and filled {high} high with grains of {grains}, "
+            f"above a floor; it leaves by a slot of {slot}"
+        )
     return f"A {form} {long} and height {high}, of grains of {grains}, behind a gate"
 
 
@@ -85,6 +111,8 @@ def draw(scene: case.Case) -> str:
     round_one = scene["geometry.dimension"] == "axisymmetric"
     if is_chute(scene["geometry"]):
         return draw_chute(scene, scale)
+    if is_silo(scene["geometry"]):
+        return draw_silo(scene)
     thick = "" if round_one else f", {millimetres(scene['geometry.thickness'])} thick"
     return SVG.format(
         words=words(scene),
@@ -145,6 +173,34 @@ def row(about: dict) -> str:
     alt = words_of(name)
     shown = f"![{alt}](../pictures/scenes/{name}.svg)"
     return f"| `{name}` {shown} | {about['title']} | {takes} |"
+
+
+def draw_silo(scene: case.Case) -> str:
+    """The same of a silo, above the floor that it empties onto."""
+    geometry = scene["geometry"]
+    height, length, fall = (geometry[name] for name in ("height", "length", "fall"))
+    scale = min(ROOM[0] / (height + fall), ROOM[1] / length)
+    pitch, foot = scale * scene["grains.diameter"], FLOOR - scale * fall
+    return SILO.format(
+        words=words(scene),
+        pitch=pitch,
+        half=0.5 * pitch,
+        radius=0.46 * pitch,
+        x=WALL,
+        y=foot - scale * height,
+        foot=foot,
+        length=scale * length,
+        height=scale * height,
+        lip=WALL + scale * geometry["orifice"],
+        end=WALL + scale * length,
+        middle=WALL + 0.5 * scale * length,
+        long=millimetres(length),
+        beside=foot - 0.5 * scale * height + 4.0,
+        high=millimetres(height),
+        slot=millimetres(2.0 * geometry["orifice"]),
+        about=f"grains of {millimetres(scene['grains.diameter'])}, "
+        f"{millimetres(geometry['thickness'])} thick",
+    )
 
 
 def words_of(name: str) -> str:

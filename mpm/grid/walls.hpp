@@ -47,13 +47,15 @@ struct Gate {
   }
 };
 
-/// The bottom of a silo: a plate one cell thick, its top at y = top, from x = begin on.
+/// The bottom of a silo, its top at y = top, from x = begin on: three rows of nodes, the first half a
+/// cell above its top. What lies on it then meets no node that moves through it, nor does what has
+/// sunk by less than a cell: quadratic shape functions reach one and a half cells.
 struct Shelf {
   double begin = 0.0, top = 0.0, cell = 0.0;
   Wall wall;
   bool present = false;
   bool holds(double x, double y) const {
-    return present && x > begin - 0.5 * cell && y < top + 0.5 * cell && y > top - 1.5 * cell;
+    return present && x > begin && y < top + 0.75 * cell && y > top - 1.75 * cell;
   }
 };
 

@@ -47,9 +47,12 @@ double normal_gravity(const Case& scene) {
   return scene.chute() ? g * std::cos(slope(scene)) : g;
 }
 
-/// y of the bottom on which the column stands: the base, or the bottom of a silo, at a node [m].
+/// The place nearest to x that is half-way between two nodes [m].
+double between_nodes(double x, double h) { return h * (std::round(x / h + 0.5) - 0.5); }
+
+/// y of the bottom on which the column stands: the base, or the bottom of a silo [m].
 double bottom(const Case& scene, double h) {
-  return scene.silo() ? h * std::round(scene.number("geometry.fall") / h) : 0.0;
+  return scene.silo() ? between_nodes(scene.number("geometry.fall"), h) : 0.0;
 }
 
 template <int dim>
@@ -88,8 +91,8 @@ SolverSetup<dim> setup_of(const Case& scene, const Numerics& numerics) {
     setup.gate = {L, scene.number("walls.gate_speed"), true};
   if (scene.silo()) {
     const double top = bottom(scene, h);
-    setup.gate = {L, 0.0, true, top - 0.5 * h};
-    const double begin = h * std::round(scene.number("geometry.orifice") / h);
+    setup.gate = {L, 0.0, true, top};
+    const double begin = between_nodes(scene.number("geometry.orifice"), h);
     setup.shelf = {begin, top, h, {Contact::coulomb, scene.number("walls.base_friction")}, true};
   }
   return setup;
