@@ -102,6 +102,7 @@ SolverSetup<dim> setup_of(const Case& scene, const Numerics& numerics) {
 struct Lattice {
   std::array<int, 3> count{1, 1, 1};
   std::array<double, 3> pitch;  // [m]
+  double foot = 0.0;            // y that it stands on [m]
 
   std::size_t points() const {
     return static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) *
@@ -109,12 +110,13 @@ struct Lattice {
   }
 };
 
-/// Whole numbers of points fill the column [0, L] x [0, H] (x [0, W]) exactly, as near to the asked
-/// density as that allows.
+/// Whole numbers of points fill the column [0, L] x [0, H] (x [0, W]) above its foot exactly, as near
+/// to the asked density as that allows.
 template <int dim>
 Lattice lattice_of(const Case& scene, const Numerics& numerics) {
   const double spacing = numerics.h / static_cast<double>(scene.integer("mpm.points_per_cell"));
   Lattice out;
+  out.foot = bottom(scene, numerics.h);
   out.pitch = {scene.number("geometry.length"), scene.number("geometry.height"),
                scene.number("geometry.thickness")};
   for (std::size_t d = 0; d < dim; ++d) {
@@ -130,9 +132,8 @@ template <int dim>
 Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& start,
                       bool axisymmetric, std::vector<InitialState>& initial) {
   const double H = scene.number("geometry.height"), g = normal_gravity(scene);
-  const double foot = bottom(scene, scene.number("mpm.cell_size"));
   const double rho_s = scene.number("grains.density"), e0 = scene.number("initial.void_ratio");
-  const auto& [count, pitch] = lattice;
+  const auto& [count, pitch, foot] = lattice;
   Points<dim> points;
   const auto n = lattice.points();
   points.resize(n);
@@ -216,8 +217,9 @@ Cost cost_of_column(const Case& scene, const Numerics& numerics) {
   auto foot = setup;
   for (int d = setup.period ? 1 : 0; d < dim; ++d)  // a period stays whole
     foot.cells[d] = std::min(setup.cells[d], d == 1 ? high : wide);
+  foot.gate = {}, foot.shelf = {};
   Lattice line = lattice;
-  line.count = {1, std::min(lattice.count[1], high / 2), 1};
+  line.count = {1, std::min(lattice.count[1], high / 2), 1}, line.foot = 0.0;
   out.time_step = column<dim>(scene, foot, line, {})->stable_step().dt;
   return out;
 }
