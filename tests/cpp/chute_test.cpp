@@ -135,9 +135,11 @@ TEST(Chute, TheSlopesAccountIsTheWorkOfGravity) {
 
 /// The smallest chute, of one law and angle, after `time` sqrt(H/g).
 std::unique_ptr<Simulation> flown(double inclination, double time,
-                                  std::vector<std::string> more = {}) {
-  more.insert(more.end(), {fmt::format("geometry.inclination={}", inclination), "mpm.jitter=0"});
-  const Case scene = Case::load(GRAINPAIR_SOURCE "/cases/chute_ci", more);
+                                  const std::vector<std::string>& more = {}) {
+  std::vector<std::string> keys{"material.law=mu_i",
+                                fmt::format("geometry.inclination={}", inclination)};
+  keys.insert(keys.end(), more.begin(), more.end());
+  const Case scene = Case::load(GRAINPAIR_SOURCE "/cases/chute_ci", keys);
   auto simulation = make_simulation(scene, {});
   while (simulation->time() < time * time_scale(scene))
     simulation->step(simulation->stable_step().dt);
