@@ -27,7 +27,7 @@ class Flow:
 
     y (n,) [m] and columns over it: place [m], solid_fraction, velocity [m/s], shear_rate [1/s],
     temperature [m2/s2], normal, shear [Pa], weight and drive: what lies above weighs and is pulled
-    by [Pa].
+    by [Pa]; crowding: by how much more solid is there than the points' own void ratios tell.
     """
 
     name: str
@@ -71,6 +71,7 @@ def measure(
         "temperature": temperature,
         "normal": flux[:, 1, 1],
         "shear": -flux[:, 0, 1],  # compression is positive: what lies below holds back
+        "crowding": nu * (1.0 + first_of(profile, "void_ratio_state")) - 1.0,
         "weight": above * gravity[1],
         "drive": above * gravity[0],
     }
@@ -101,10 +102,14 @@ def first_of(profile: Profile, *names: str) -> np.ndarray:
 
 
 def depth_of(y: np.ndarray, nu: np.ndarray, solid: float) -> float:
-    """Depth of a layer of `solid` [m3/m2] as dense as its core [m]."""
+    """Depth of a layer of `solid` [m3/m2] as dense as its core [m]; NaN where nothing is, as of a
+    layer that was thrown apart.
+    """
     depth = solid / float(np.median(nu[nu > 0.5 * nu.max()]))
     for _ in range(20):
-        core = (y > CORE[0] * depth) & (y < CORE[1] * depth)
+        core = (y > CORE[0] * depth) & (y < CORE[1] * depth) & (nu > 0.0)
+        if not nu[core].sum() > 0.0:
+            return nan
         depth = solid / float(nu[core].mean())
     return depth
 
@@ -137,7 +142,9 @@ def figures_of(columns, core, bulk, depth, halves, gravity, d, solid) -> dict[st
     return {
         "depth": depth / d,
         "solid_fraction": mean(columns["solid_fraction"]),
-        "solid_fraction_scatter": float(np.std(columns["solid_fraction"][core])),
+        "solid_fraction_scatter": float(np.std(columns["solid_fraction"][core]))
+        if core.any()
+        else nan,
         "temperature_ratio": mean(columns["temperature"] / (flows * d) ** 2),
         "inertial_number": mean(rate * d / np.sqrt(pressure / solid)),
         "stress_ratio": mean(ratio),
@@ -147,6 +154,7 @@ def figures_of(columns, core, bulk, depth, halves, gravity, d, solid) -> dict[st
         "shear_balance": float(off_shear.max()) if bulk.any() and drive else nan,
         "bagnold": bagnold(columns, depth, d, gravity),
         "change": (halves[1] - halves[0]) / late,
+        "crowding": mean(columns["crowding"]),
     }
 
 

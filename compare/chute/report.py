@@ -14,6 +14,7 @@ from compare.chute.sides import Side
 from compare.chute.words import WORDS
 from compare.study import page
 
+CROWDED = 0.05  # by how much points may be nearer than their own void ratios tell
 CLOSED = 0.01  # of a balance of momentum, over the stress at the base
 
 
@@ -91,8 +92,10 @@ def metrics_of(continuum: list[Side], grains: list[Side]) -> dict:
         for one in published.at(inclination, inertial if number(inertial) is not None else 0.0)
     ]
     out["states"] = {"mpm": mpm.flow.state, "dem": dem.flow.state}
-    out["findings"] = {"list": findings([*continuum, *grains])}
-    out["verdict"] = {"value": verdict(mpm, dem), "valid": True, "scatter": scatter(grains)}
+    told = findings([*continuum, *grains])
+    out["findings"] = {"list": told}
+    valid = all(one["severity"] != "invalid" for one in told)
+    out["verdict"] = {"value": verdict(mpm, dem), "valid": valid, "scatter": scatter(grains)}
     return out
 
 
@@ -117,6 +120,17 @@ def findings(found: list[Side]) -> list[dict]:
     out = []
     for side in found:
         flow = side.flow
+        if abs(number(flow.figures["crowding"]) or 0.0) > CROWDED:
+            out.append(
+                {
+                    "severity": "invalid",
+                    "sentence": f"{flow.name}: the points hold {flow.figures['crowding']:+.0%} "
+                    "more solid in the core than their own void ratios tell: they have left their rows, "
+                    "and what they carry is no state of the law.",
+                    "advice": "Set mpm.transfer to apic and mpm.precision to double, or a shorter "
+                    "time.maximum.",
+                }
+            )
         if flow.state in ("speeds up", "slows down"):
             out.append(
                 {

@@ -33,7 +33,7 @@ LAWS = {  # with the card that its constants are taken from
     "solid_fluid": "dem_mu05",
     "contact_share": "contact_mu05",
 }
-SHORTER = 0.5  # of the case's time, for the continuum: it starts without the grains' scatter
+LONGER = 2.0  # times the case's time, for the grains, whose means need it
 COLUMNS = (
     "engine",
     "law",
@@ -69,6 +69,7 @@ def plan(scene: case.Case, only: str = "") -> list[Task]:
         # times are told in sqrt(H/g): frames stay as far apart, and a layer takes the longer the
         # deeper it is
         sets = [f"geometry.inclination={angle}"]
+        sets += [f"time.maximum={LONGER * scene['time.maximum']!r}"]
         if abs(depth - layer) > 0.01:
             interval = scene["time.frame_interval"] * (layer / depth) ** 0.5
             sets += [f"geometry.height={depth * d!r}", f"time.frame_interval={interval:.6g}"]
@@ -77,7 +78,6 @@ def plan(scene: case.Case, only: str = "") -> list[Task]:
         for angle in ANGLES:
             sets = [f"geometry.inclination={angle}", f"material.law={law}"]
             sets += [f"material.card={card}"] if card else ["material.card="]
-            sets += [f"time.maximum={SHORTER * scene['time.maximum']!r}"]
             sets += ["time.frame_interval=2.0"]
             out.append(Task(Recipe("mpm", tuple(sets)), law, angle, layer))
     return [task for task in out if only in ("", task.recipe.engine)]
@@ -86,9 +86,9 @@ def plan(scene: case.Case, only: str = "") -> list[Task]:
 def result(scene: case.Case, task: Task) -> Path:
     """The run's file, made unless it is there. Raises CaseError with the engine's words."""
     here = case.load(scene.path, task.recipe.sets)
-    made = content.of_continuum() if task.recipe.engine == "mpm" else ensemble_key(here)
-    name = content.digest([task.recipe.engine, here.resolved, made])
-    path = kept("studies", "chute", f"{name}.h5")
+    of_grains = task.recipe.engine == "dem"
+    made = ensemble_key(here) if of_grains else [here.resolved, content.of_continuum()]
+    path = kept("studies", "chute", f"{content.digest([task.recipe.engine, made])}.h5")
     if path.exists():
         return path
     path.parent.mkdir(parents=True, exist_ok=True)
