@@ -18,6 +18,9 @@ CORE = (0.25, 0.75)  # of the depth
 # this share of the larger. Halves of a steady flow of the case's size differ by 1 to 2 %.
 STEADY = 0.04
 STOPPED = 1e-3  # mean velocity below which a layer is at rest [sqrt(g H)]
+# Points may be nearer than their own void ratios tell by this mean share: of rows in order it is
+# below 1 %, of points that have left theirs 10 % and more.
+CROWDED = 0.05
 LEAST = 1e-12
 
 
@@ -35,7 +38,7 @@ class Flow:
     columns: dict[str, np.ndarray]
     core: np.ndarray  # (n,) which places are the core
     bulk: np.ndarray  # (n,) which lie a kernel's reach or more inside the layer
-    state: str  # "steady", "stopped", "speeds up" or "slows down"
+    state: str  # "steady", "stopped", "speeds up", "slows down"; "crowded": spoilt by the numerics
     figures: dict[str, float]
 
 
@@ -80,6 +83,7 @@ def measure(
     occupied = np.flatnonzero(rho > 0.05 * rho.max())
     top = y[occupied[-1]]
     bulk = (y > profile.cutoff) & (y < top - profile.cutoff)
+    figures = figures_of(columns, core, bulk, depth, halves, gravity, d, solid)
     state = state_of(halves, (gravity[0] ** 2 + gravity[1] ** 2) ** 0.25 * scale["height"] ** 0.5)
     return Flow(
         name,
@@ -87,9 +91,8 @@ def measure(
         columns,
         core,
         bulk,
-        state,
-        figures_of(columns, core, bulk, depth, halves, gravity, d, solid)
-        | {"mean_velocity": float(profile["momentum"][:, 0].sum() / rho.sum())},
+        "crowded" if figures["crowding"] > CROWDED else state,
+        figures | {"mean_velocity": float(profile["momentum"][:, 0].sum() / rho.sum())},
     )
 
 
@@ -154,8 +157,18 @@ def figures_of(columns, core, bulk, depth, halves, gravity, d, solid) -> dict[st
         "shear_balance": float(off_shear.max()) if bulk.any() and drive else nan,
         "bagnold": bagnold(columns, depth, d, gravity),
         "change": (halves[1] - halves[0]) / late,
-        "crowding": mean(columns["crowding"]),
+        "crowding": crowding(columns["crowding"], columns["solid_fraction"]),
     }
+
+
+def crowding(off: np.ndarray, nu: np.ndarray) -> float:
+    """By how much points are nearer than their own void ratios tell, a mean over the solid; NaN of
+    grains. Where they are farther apart there is a surface.
+    """
+    known = np.isfinite(off)
+    if not known.any():
+        return nan
+    return float((nu[known] * np.maximum(off[known], 0.0)).sum() / nu[known].sum())
 
 
 def bagnold(columns: dict, depth: float, d: float, gravity: tuple[float, float]) -> float:

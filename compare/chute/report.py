@@ -14,7 +14,6 @@ from compare.chute.sides import Side
 from compare.chute.words import WORDS
 from compare.study import page
 
-CROWDED = 0.05  # by how much points may be nearer than their own void ratios tell
 CLOSED = 0.01  # of a balance of momentum, over the stress at the base
 
 
@@ -108,6 +107,7 @@ def verdict(mpm: Side, dem: Side) -> str:
 def said(state: str, many: bool = False) -> str:
     words = {"steady": ("is steady", "are steady"), "stopped": ("stands", "stand")}
     words |= {"speeds up": ("speeds up", "speed up"), "slows down": ("slows down", "slow down")}
+    words |= {"crowded": ("is crowded", "are crowded")}
     return words[state][many]
 
 
@@ -120,13 +120,13 @@ def findings(found: list[Side]) -> list[dict]:
     out = []
     for side in found:
         flow = side.flow
-        if abs(number(flow.figures["crowding"]) or 0.0) > CROWDED:
+        if flow.state == "crowded":
             out.append(
                 {
                     "severity": "invalid",
                     "sentence": f"{flow.name}: the points hold {flow.figures['crowding']:+.0%} "
-                    "more solid in the core than their own void ratios tell: they have left their rows, "
-                    "and what they carry is no state of the law.",
+                    "more solid than their own void ratios tell: they have left their "
+                    "rows, and what they carry is no state of the law.",
                     "advice": "Set mpm.transfer to apic and mpm.precision to double, or a shorter "
                     "time.maximum.",
                 }

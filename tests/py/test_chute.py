@@ -196,6 +196,14 @@ def test_what_is_off_is_found_off():
     assert measured(bagnold_profile(), (0.0, 0.0)).state == "stopped"
 
 
+def test_points_that_crowd_are_found():
+    profile = bagnold_profile()
+    assert np.isnan(measured(profile).figures["crowding"])  # grains have no void ratio of their own
+    for void_ratio, crowding in ((1 / NU - 1, 0.0), (1.2 / NU - 1, 0.2)):
+        profile.fields["void_ratio_state"] = np.full(len(profile.place), void_ratio)
+        assert measured(profile).figures["crowding"] == pytest.approx(crowding, abs=1e-9)
+
+
 def test_published_facts_are_those_of_the_angle():
     facts = {one.figure: one.value for one in at(26.0, 0.2)}
     assert facts["solid_fraction"] == pytest.approx(0.58)
