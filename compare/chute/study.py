@@ -1,9 +1,10 @@
 """Flows down a plane of several inclinations and depths, of the grains and of every law.
 
-    python3 -m compare.chute.study [CASE] [-o FOLDER] [--only mpm|dem]
+    python3 -m compare.chute.study [CASE] [-o FOLDER] [--only mpm|dem] [--start]
 
 Runs that are there are kept (runs/studies/chute). Written to FOLDER, by default cases/<case>/
-reference: steady.csv, with a row for each run, and steady.png.
+reference: steady.csv, with a row for each run, and steady.png; with --start start.csv instead: at
+which inclination a settled layer of grains begins to flow.
 """
 
 import subprocess
@@ -50,6 +51,10 @@ COLUMNS = (
     "cpu_seconds",
     "failure",
 )
+
+
+STARTS = (19.0, 20.0, 21.0, 22.0, 23.0)
+STARTED = 40.0  # sqrt(H/g): by then a layer flows, or has come to rest
 
 
 @dataclass(frozen=True)
@@ -129,6 +134,25 @@ def row(scene: case.Case, task: Task) -> dict:
     )
 
 
+def start(scene: case.Case) -> pd.DataFrame:
+    """What a settled layer of grains does at each of STARTS."""
+    rows = []
+    for angle in STARTS:
+        sets = (f"geometry.inclination={angle}", f"time.maximum={STARTED}")
+        task = Task(Recipe("dem", sets), "", angle, scene["geometry.height"])
+        side = sides.of(result(scene, task))
+        rows.append(
+            {
+                "inclination": angle,
+                "end_reason": side.run.attributes.get("end_reason", ""),
+                "end_time": side.run.tau()[-1],
+                "state": side.flow.state,
+                "velocity_at_end": float(side.velocity[-5:].mean()),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
 def exponent(table: pd.DataFrame, inclination: float) -> float:
     """Of the grains' mean velocity over the depth that they have while they flow."""
     rows = table[
@@ -144,14 +168,21 @@ def main() -> int:
     parser.add_argument("case", nargs="?", default="chute", metavar="CASE", help="the chute")
     parser.add_argument("-o", "--out", type=Path, metavar="FOLDER", help="of table and figure")
     parser.add_argument("--only", choices=["mpm", "dem"], default="", help="one engine alone")
+    parser.add_argument("--start", action="store_true", help="where a settled layer begins to flow")
     options = parser.parse_args()
     scene = case.load(find_case(options.case))
     out = options.out or scene.path.parent / "reference"
     out.mkdir(parents=True, exist_ok=True)
+    about = provenance.about(provenance.typed("python3 -m compare.chute.study", sys.argv[1:]))
+    if options.start:
+        table = start(scene)
+        units = "inclination [deg], end_time [sqrt(H/g)], velocity_at_end [m/s], of five frames"
+        write_table(out / "start.csv", provenance.head(about, units), table, "%.5g")
+        print(table.to_string(index=False))
+        return 0
     table = pd.DataFrame([row(scene, task) for task in plan(scene, options.only)])
     table = table.reindex(columns=[name for name in COLUMNS if name in table])
     over = exponent(table, scene["geometry.inclination"])
-    about = provenance.about(provenance.typed("python3 -m compare.chute.study", sys.argv[1:]))
     notes = [f"{name}: {doc} [{unit}]" for name, (doc, unit) in WORDS.items()]
     notes += [f"exponent of the grains' mean velocity over the depth: {over:.4g} (published: 1.5)"]
     write_table(out / "steady.csv", provenance.head(about, *notes), table, "%.5g")
