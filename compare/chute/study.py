@@ -153,14 +153,22 @@ def start(scene: case.Case) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def exponent(table: pd.DataFrame, inclination: float) -> float:
-    """Of the grains' mean velocity over the depth that they have while they flow."""
+def exponents(table: pd.DataFrame, inclination: float) -> dict[str, float]:
+    """Of the grains' velocity over the depth that they have while they flow: of the mean velocity,
+    which the slow layers on the base lower the more the shallower the flow; and of the core, whose
+    velocities go as I h^(3/2) where its inertial number is I.
+    """
     rows = table[
         (table["engine"] == "dem")
         & (table["inclination"] == inclination)
         & (table["state"] == "steady")
     ]
-    return power(rows["depth"], rows["mean_velocity"]) if len(rows) > 1 else float("nan")
+    if len(rows) < 2:
+        return {}
+    return {
+        "mean velocity": power(rows["depth"], rows["mean_velocity"]),
+        "core": 1.5 + power(rows["depth"], rows["inertial_number"]),
+    }
 
 
 def main() -> int:
@@ -182,13 +190,16 @@ def main() -> int:
         return 0
     table = pd.DataFrame([row(scene, task) for task in plan(scene, options.only)])
     table = table.reindex(columns=[name for name in COLUMNS if name in table])
-    over = exponent(table, scene["geometry.inclination"])
+    over = exponents(table, scene["geometry.inclination"])
     notes = [f"{name}: {doc} [{unit}]" for name, (doc, unit) in WORDS.items()]
-    notes += [f"exponent of the grains' mean velocity over the depth: {over:.4g} (published: 1.5)"]
+    notes += [
+        f"exponent of the grains' {name} over the depth: {value:.3f} (published: 1.5)"
+        for name, value in over.items()
+    ]
     write_table(out / "steady.csv", provenance.head(about, *notes), table, "%.5g")
     charts.steady(table, out / "steady")
     print(table.to_string(index=False, float_format=lambda value: f"{value:.4g}"))
-    print(notes[-1])
+    print(*notes[len(WORDS) :], sep="\n")
     return 0
 
 
