@@ -136,7 +136,7 @@ def steady(table: pd.DataFrame, path: Path) -> Picture:
             ax.set(xlabel="inclination [°]", ylabel=shown[name])
         angles = np.linspace(table["inclination"].min(), table["inclination"].max(), 50)
         axes[3].plot(angles, np.tan(np.radians(angles)), "k:", lw=1.0, label="tangent")
-        axes[2].set(yscale="log")
+        axes[2].set(ylim=(0.0, None))
         names: dict[str, Artist] = {}
         for ax in axes:
             for handle, label in zip(*ax.get_legend_handles_labels()):

@@ -120,6 +120,8 @@ def row(scene: case.Case, task: Task) -> dict:
     except CaseError as error:  # a law that ends badly is a finding, too
         return found | {"failure": str(error)}
     figures = side.flow.figures
+    if side.flow.state == "crowded":  # what its points carry is no state of the law
+        figures = dict.fromkeys(figures, np.nan) | {"crowding": figures["crowding"]}
     inertial = figures["inertial_number"]
     for fact in published.at(task.inclination, inertial if np.isfinite(inertial) else 0.0):
         found[f"published_{fact.figure}"] = fact.value
