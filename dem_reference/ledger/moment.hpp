@@ -40,8 +40,8 @@ struct Scene {
   double radius, mass, inertia;
   double contact_modulus, contact_shear_modulus, damping_factor, friction;
   double time_step, gravity;  // gravity along -y
-  double thickness, length;  // periods along z and x; 0 where there is none
-  double pull;               // gravity along x
+  double thickness, length;   // periods along z and x; 0 where there is none
+  double pull;                // gravity along x
 };
 
 /// A wall that stands: a half-plane across `axis` at `position`, its lower edge at y = `lowest`.
