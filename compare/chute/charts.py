@@ -6,6 +6,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 
 from compare.chute import published
 from compare.chute.sides import Side, units
@@ -57,8 +58,20 @@ def draw(found: list[Side], path: Path) -> Picture:
         ):
             ax.set_xlabel(words)
         axes[0].set(ylabel="$y/d$", ylim=(0.0, None), xlim=(0.0, 0.7))
-        figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=9)
+        beside(axes[-1], *axes[0].get_legend_handles_labels())
         return save(figure, path, {})
+
+
+def beside(ax, handles: list[Artist], labels: list[str]):
+    """The legend of a row of panels, to the right of the last."""
+    ax.legend(
+        handles,
+        labels,
+        loc="upper left",
+        bbox_to_anchor=(1.02, 1.0),
+        frameon=False,
+        fontsize=9,
+    )
 
 
 def start(found: list[Side], path: Path) -> Picture:
@@ -123,12 +136,10 @@ def steady(table: pd.DataFrame, path: Path) -> Picture:
             ax.set(xlabel="inclination [°]", ylabel=shown[name])
         angles = np.linspace(table["inclination"].min(), table["inclination"].max(), 50)
         axes[3].plot(angles, np.tan(np.radians(angles)), "k:", lw=1.0, label="tangent")
-        axes[2].set(yscale="log")
-        figure.legend(
-            *axes[3].get_legend_handles_labels(),
-            loc="outside lower center",
-            ncols=6,
-            frameon=False,
-            fontsize=9,
-        )
+        axes[2].set(ylim=(0.0, None))
+        names: dict[str, Artist] = {}
+        for ax in axes:
+            for handle, label in zip(*ax.get_legend_handles_labels()):
+                names.setdefault(label, handle)
+        beside(axes[-1], list(names.values()), list(names))
         return save(figure, path, {})

@@ -18,6 +18,9 @@ CORE = (0.25, 0.75)  # of the depth
 # this share of the larger. Halves of a steady flow of the case's size differ by 1 to 2 %.
 STEADY = 0.04
 STOPPED = 1e-3  # mean velocity below which a layer is at rest [sqrt(g H)]
+# Points may be nearer than their own void ratios tell by this mean share: of rows in order it is
+# below 1 %, of points that have left theirs 10 % and more.
+CROWDED = 0.05
 LEAST = 1e-12
 
 
@@ -27,7 +30,7 @@ class Flow:
 
     y (n,) [m] and columns over it: place [m], solid_fraction, velocity [m/s], shear_rate [1/s],
     temperature [m2/s2], normal, shear [Pa], weight and drive: what lies above weighs and is pulled
-    by [Pa].
+    by [Pa]; crowding: by how much more solid is there than the points' own void ratios tell.
     """
 
     name: str
@@ -35,7 +38,7 @@ class Flow:
     columns: dict[str, np.ndarray]
     core: np.ndarray  # (n,) which places are the core
     bulk: np.ndarray  # (n,) which lie a kernel's reach or more inside the layer
-    state: str  # "steady", "stopped", "speeds up" or "slows down"
+    state: str  # "steady", "stopped", "speeds up", "slows down"; "crowded": spoilt by the numerics
     figures: dict[str, float]
 
 
@@ -71,6 +74,7 @@ def measure(
         "temperature": temperature,
         "normal": flux[:, 1, 1],
         "shear": -flux[:, 0, 1],  # compression is positive: what lies below holds back
+        "crowding": nu * (1.0 + first_of(profile, "void_ratio_state")) - 1.0,
         "weight": above * gravity[1],
         "drive": above * gravity[0],
     }
@@ -79,6 +83,7 @@ def measure(
     occupied = np.flatnonzero(rho > 0.05 * rho.max())
     top = y[occupied[-1]]
     bulk = (y > profile.cutoff) & (y < top - profile.cutoff)
+    figures = figures_of(columns, core, bulk, depth, halves, gravity, d, solid)
     state = state_of(halves, (gravity[0] ** 2 + gravity[1] ** 2) ** 0.25 * scale["height"] ** 0.5)
     return Flow(
         name,
@@ -86,9 +91,8 @@ def measure(
         columns,
         core,
         bulk,
-        state,
-        figures_of(columns, core, bulk, depth, halves, gravity, d, solid)
-        | {"mean_velocity": float(profile["momentum"][:, 0].sum() / rho.sum())},
+        "crowded" if figures["crowding"] > CROWDED else state,
+        figures | {"mean_velocity": float(profile["momentum"][:, 0].sum() / rho.sum())},
     )
 
 
@@ -101,10 +105,14 @@ def first_of(profile: Profile, *names: str) -> np.ndarray:
 
 
 def depth_of(y: np.ndarray, nu: np.ndarray, solid: float) -> float:
-    """Depth of a layer of `solid` [m3/m2] as dense as its core [m]."""
+    """Depth of a layer of `solid` [m3/m2] as dense as its core [m]; NaN where nothing is, as of a
+    layer that was thrown apart.
+    """
     depth = solid / float(np.median(nu[nu > 0.5 * nu.max()]))
     for _ in range(20):
-        core = (y > CORE[0] * depth) & (y < CORE[1] * depth)
+        core = (y > CORE[0] * depth) & (y < CORE[1] * depth) & (nu > 0.0)
+        if not nu[core].sum() > 0.0:
+            return nan
         depth = solid / float(nu[core].mean())
     return depth
 
@@ -137,7 +145,9 @@ def figures_of(columns, core, bulk, depth, halves, gravity, d, solid) -> dict[st
     return {
         "depth": depth / d,
         "solid_fraction": mean(columns["solid_fraction"]),
-        "solid_fraction_scatter": float(np.std(columns["solid_fraction"][core])),
+        "solid_fraction_scatter": float(np.std(columns["solid_fraction"][core]))
+        if core.any()
+        else nan,
         "temperature_ratio": mean(columns["temperature"] / (flows * d) ** 2),
         "inertial_number": mean(rate * d / np.sqrt(pressure / solid)),
         "stress_ratio": mean(ratio),
@@ -147,7 +157,18 @@ def figures_of(columns, core, bulk, depth, halves, gravity, d, solid) -> dict[st
         "shear_balance": float(off_shear.max()) if bulk.any() and drive else nan,
         "bagnold": bagnold(columns, depth, d, gravity),
         "change": (halves[1] - halves[0]) / late,
+        "crowding": crowding(columns["crowding"], columns["solid_fraction"]),
     }
+
+
+def crowding(off: np.ndarray, nu: np.ndarray) -> float:
+    """By how much points are nearer than their own void ratios tell, a mean over the solid; NaN of
+    grains. Where they are farther apart there is a surface.
+    """
+    known = np.isfinite(off)
+    if not known.any():
+        return nan
+    return float((nu[known] * np.maximum(off[known], 0.0)).sum() / nu[known].sum())
 
 
 def bagnold(columns: dict, depth: float, d: float, gravity: tuple[float, float]) -> float:

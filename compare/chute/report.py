@@ -91,8 +91,10 @@ def metrics_of(continuum: list[Side], grains: list[Side]) -> dict:
         for one in published.at(inclination, inertial if number(inertial) is not None else 0.0)
     ]
     out["states"] = {"mpm": mpm.flow.state, "dem": dem.flow.state}
-    out["findings"] = {"list": findings([*continuum, *grains])}
-    out["verdict"] = {"value": verdict(mpm, dem), "valid": True, "scatter": scatter(grains)}
+    told = findings([*continuum, *grains])
+    out["findings"] = {"list": told}
+    valid = all(one["severity"] != "invalid" for one in told)
+    out["verdict"] = {"value": verdict(mpm, dem), "valid": valid, "scatter": scatter(grains)}
     return out
 
 
@@ -105,6 +107,7 @@ def verdict(mpm: Side, dem: Side) -> str:
 def said(state: str, many: bool = False) -> str:
     words = {"steady": ("is steady", "are steady"), "stopped": ("stands", "stand")}
     words |= {"speeds up": ("speeds up", "speed up"), "slows down": ("slows down", "slow down")}
+    words |= {"crowded": ("is crowded", "are crowded")}
     return words[state][many]
 
 
@@ -117,6 +120,17 @@ def findings(found: list[Side]) -> list[dict]:
     out = []
     for side in found:
         flow = side.flow
+        if flow.state == "crowded":
+            out.append(
+                {
+                    "severity": "invalid",
+                    "sentence": f"{flow.name}: the points hold {flow.figures['crowding']:+.0%} "
+                    "more solid than their own void ratios tell: they have left their "
+                    "rows, and what they carry is no state of the law.",
+                    "advice": "Set mpm.transfer to apic and mpm.precision to double, or a shorter "
+                    "time.maximum.",
+                }
+            )
         if flow.state in ("speeds up", "slows down"):
             out.append(
                 {

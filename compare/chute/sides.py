@@ -1,6 +1,6 @@
 """From a result file of a chute to what is measured of it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +59,8 @@ def of(path: Path, words: tuple[str, ...] = ()) -> Side:
         "mass": run.mass,
     }
     flow = measure(run.name, profile, halves, gravity_of(geometry), scale)
+    if run.attributes.get("end_reason") == "rest":  # whatever it did before
+        flow = replace(flow, state="stopped")
     return Side(path, run, velocity, flow)
 
 

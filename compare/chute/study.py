@@ -1,9 +1,10 @@
 """Flows down a plane of several inclinations and depths, of the grains and of every law.
 
-    python3 -m compare.chute.study [CASE] [-o FOLDER] [--only mpm|dem]
+    python3 -m compare.chute.study [CASE] [-o FOLDER] [--only mpm|dem] [--start]
 
 Runs that are there are kept (runs/studies/chute). Written to FOLDER, by default cases/<case>/
-reference: steady.csv, with a row for each run, and steady.png.
+reference: steady.csv, with a row for each run, and steady.png; with --start start.csv instead: at
+which inclination a settled layer of grains begins to flow.
 """
 
 import subprocess
@@ -33,7 +34,9 @@ LAWS = {  # with the card that its constants are taken from
     "solid_fluid": "dem_mu05",
     "contact_share": "contact_mu05",
 }
-SHORTER = 0.5  # of the case's time, for the continuum: it starts without the grains' scatter
+LONGER = 2.0  # times the case's time, for the grains, whose means need it
+# Of the case's time, for the continuum: before points of the fastest flow leave their rows.
+SHORTER = 0.75
 COLUMNS = (
     "engine",
     "law",
@@ -48,6 +51,10 @@ COLUMNS = (
     "cpu_seconds",
     "failure",
 )
+
+
+STARTS = (19.0, 20.0, 21.0, 22.0, 23.0)
+STARTED = 40.0  # sqrt(H/g): by then a layer flows, or has come to rest
 
 
 @dataclass(frozen=True)
@@ -69,6 +76,7 @@ def plan(scene: case.Case, only: str = "") -> list[Task]:
         # times are told in sqrt(H/g): frames stay as far apart, and a layer takes the longer the
         # deeper it is
         sets = [f"geometry.inclination={angle}"]
+        sets += [f"time.maximum={LONGER * scene['time.maximum']!r}"]
         if abs(depth - layer) > 0.01:
             interval = scene["time.frame_interval"] * (layer / depth) ** 0.5
             sets += [f"geometry.height={depth * d!r}", f"time.frame_interval={interval:.6g}"]
@@ -77,8 +85,7 @@ def plan(scene: case.Case, only: str = "") -> list[Task]:
         for angle in ANGLES:
             sets = [f"geometry.inclination={angle}", f"material.law={law}"]
             sets += [f"material.card={card}"] if card else ["material.card="]
-            sets += [f"time.maximum={SHORTER * scene['time.maximum']!r}"]
-            sets += ["time.frame_interval=2.0"]
+            sets += [f"time.maximum={SHORTER * scene['time.maximum']!r}", "time.frame_interval=2.0"]
             out.append(Task(Recipe("mpm", tuple(sets)), law, angle, layer))
     return [task for task in out if only in ("", task.recipe.engine)]
 
@@ -86,9 +93,9 @@ def plan(scene: case.Case, only: str = "") -> list[Task]:
 def result(scene: case.Case, task: Task) -> Path:
     """The run's file, made unless it is there. Raises CaseError with the engine's words."""
     here = case.load(scene.path, task.recipe.sets)
-    made = content.of_continuum() if task.recipe.engine == "mpm" else ensemble_key(here)
-    name = content.digest([task.recipe.engine, here.resolved, made])
-    path = kept("studies", "chute", f"{name}.h5")
+    of_grains = task.recipe.engine == "dem"
+    made = ensemble_key(here) if of_grains else [here.resolved, content.of_continuum()]
+    path = kept("studies", "chute", f"{content.digest([task.recipe.engine, made])}.h5")
     if path.exists():
         return path
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -113,6 +120,8 @@ def row(scene: case.Case, task: Task) -> dict:
     except CaseError as error:  # a law that ends badly is a finding, too
         return found | {"failure": str(error)}
     figures = side.flow.figures
+    if side.flow.state == "crowded":  # what its points carry is no state of the law
+        figures = dict.fromkeys(figures, np.nan) | {"crowding": figures["crowding"]}
     inertial = figures["inertial_number"]
     for fact in published.at(task.inclination, inertial if np.isfinite(inertial) else 0.0):
         found[f"published_{fact.figure}"] = fact.value
@@ -127,14 +136,41 @@ def row(scene: case.Case, task: Task) -> dict:
     )
 
 
-def exponent(table: pd.DataFrame, inclination: float) -> float:
-    """Of the grains' mean velocity over the depth that they have while they flow."""
+def start(scene: case.Case) -> pd.DataFrame:
+    """What a settled layer of grains does at each of STARTS."""
+    rows = []
+    for angle in STARTS:
+        sets = (f"geometry.inclination={angle}", f"time.maximum={STARTED}")
+        task = Task(Recipe("dem", sets), "", angle, scene["geometry.height"])
+        side = sides.of(result(scene, task))
+        rows.append(
+            {
+                "inclination": angle,
+                "end_reason": side.run.attributes.get("end_reason", ""),
+                "end_time": side.run.tau()[-1],
+                "state": side.flow.state,
+                "velocity_at_end": float(side.velocity[-5:].mean()),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def exponents(table: pd.DataFrame, inclination: float) -> dict[str, float]:
+    """Of the grains' velocity over the depth that they have while they flow: of the mean velocity,
+    which the slow layers on the base lower the more the shallower the flow; and of the core, whose
+    velocities go as I h^(3/2) where its inertial number is I.
+    """
     rows = table[
         (table["engine"] == "dem")
         & (table["inclination"] == inclination)
         & (table["state"] == "steady")
     ]
-    return power(rows["depth"], rows["mean_velocity"]) if len(rows) > 1 else float("nan")
+    if len(rows) < 2:
+        return {}
+    return {
+        "mean velocity": power(rows["depth"], rows["mean_velocity"]),
+        "core": 1.5 + power(rows["depth"], rows["inertial_number"]),
+    }
 
 
 def main() -> int:
@@ -142,20 +178,30 @@ def main() -> int:
     parser.add_argument("case", nargs="?", default="chute", metavar="CASE", help="the chute")
     parser.add_argument("-o", "--out", type=Path, metavar="FOLDER", help="of table and figure")
     parser.add_argument("--only", choices=["mpm", "dem"], default="", help="one engine alone")
+    parser.add_argument("--start", action="store_true", help="where a settled layer begins to flow")
     options = parser.parse_args()
     scene = case.load(find_case(options.case))
     out = options.out or scene.path.parent / "reference"
     out.mkdir(parents=True, exist_ok=True)
+    about = provenance.about(provenance.typed("python3 -m compare.chute.study", sys.argv[1:]))
+    if options.start:
+        table = start(scene)
+        units = "inclination [deg], end_time [sqrt(H/g)], velocity_at_end [m/s], of five frames"
+        write_table(out / "start.csv", provenance.head(about, units), table, "%.5g")
+        print(table.to_string(index=False))
+        return 0
     table = pd.DataFrame([row(scene, task) for task in plan(scene, options.only)])
     table = table.reindex(columns=[name for name in COLUMNS if name in table])
-    over = exponent(table, scene["geometry.inclination"])
-    about = provenance.about(provenance.typed("python3 -m compare.chute.study", sys.argv[1:]))
+    over = exponents(table, scene["geometry.inclination"])
     notes = [f"{name}: {doc} [{unit}]" for name, (doc, unit) in WORDS.items()]
-    notes += [f"exponent of the grains' mean velocity over the depth: {over:.4g} (published: 1.5)"]
+    notes += [
+        f"exponent of the grains' {name} over the depth: {value:.3f} (published: 1.5)"
+        for name, value in over.items()
+    ]
     write_table(out / "steady.csv", provenance.head(about, *notes), table, "%.5g")
     charts.steady(table, out / "steady")
     print(table.to_string(index=False, float_format=lambda value: f"{value:.4g}"))
-    print(notes[-1])
+    print(*notes[len(WORDS) :], sep="\n")
     return 0
 
 

@@ -10,6 +10,7 @@ WORDS = {
     "depth": ("depth", "d"),
     "normal_balance": ("normal stress against the weight above, at worst", "-"),
     "shear_balance": ("shear stress against the pull above, at worst", "-"),
+    "crowding": ("more solid than the points' own void ratios tell", "-"),
     "change": ("change of the mean velocity over the time averaged", "-"),
 }
 

@@ -135,9 +135,11 @@ TEST(Chute, TheSlopesAccountIsTheWorkOfGravity) {
 
 /// The smallest chute, of one law and angle, after `time` sqrt(H/g).
 std::unique_ptr<Simulation> flown(double inclination, double time,
-                                  std::vector<std::string> more = {}) {
-  more.insert(more.end(), {fmt::format("geometry.inclination={}", inclination), "mpm.jitter=0"});
-  const Case scene = Case::load(GRAINPAIR_SOURCE "/cases/chute_ci", more);
+                                  const std::vector<std::string>& more = {}) {
+  std::vector<std::string> keys{"material.law=mu_i",
+                                fmt::format("geometry.inclination={}", inclination)};
+  keys.insert(keys.end(), more.begin(), more.end());
+  const Case scene = Case::load(GRAINPAIR_SOURCE "/cases/chute_ci", keys);
   auto simulation = make_simulation(scene, {});
   while (simulation->time() < time * time_scale(scene))
     simulation->step(simulation->stable_step().dt);
@@ -198,17 +200,18 @@ Off off_bagnold(const Simulation& flow, double inclination) {
   return out;
 }
 
-// Twelve cells over the depth. The profile's slope at the surface goes as the root of the depth
-// below it, which no spline follows within its last cell: errors fall as h^1.5 and less. With half
-// the cells the error of the mean is what the bound says.
+// Twelve cells over the depth, after 80 sqrt(H/g): the mean velocity is 0.9 % low, on 24 cells 0.0
+// % (by hand); the profile's slope at the surface goes as the root of the depth below it, which no
+// spline follows within its last cell. At single points it is off by what half a cell's rise is at
+// the base, a tenth of the mean.
 TEST(Chute, MuOfIFlowsAsBagnoldSays) {
-  const auto flow = flown(28.0, 40.0);
+  const auto flow = flown(28.0, 80.0);
   const Off found = off_bagnold(*flow, 28.0), wrong = off_bagnold(*flow, 27.0);
   RecordProperty("mean", fmt::format("{:.4f}", found.mean));
   RecordProperty("worst", fmt::format("{:.4f}", found.worst));
-  EXPECT_LT(std::abs(found.mean), 0.03);
-  EXPECT_LT(found.worst, 0.08);
-  EXPECT_GT(std::abs(wrong.mean), 0.1);  // negative control: of another angle
+  EXPECT_LT(std::abs(found.mean), 0.015);
+  EXPECT_LT(found.worst, 0.15);
+  EXPECT_GT(std::abs(wrong.mean), 0.2);  // negative control: of another angle
 }
 
 // Below the angle whose tangent is mu_s nothing flows.

@@ -1,13 +1,19 @@
 """A layer that flows down a plane: its case, grains and profiles, from one command to a page."""
 
 import json
+import os
+import signal
+import subprocess
+import time
 
 import h5py
 import numpy as np
 import pytest
 
+from bits import differences
 from cases.case import load
 from cases.errors import CaseError
+from cases.programs import ROOT, module
 from cases.scenes import gravity_of, is_chute
 from compare.__main__ import main as grainpair
 from compare.chute import flow, sides
@@ -196,6 +202,14 @@ def test_what_is_off_is_found_off():
     assert measured(bagnold_profile(), (0.0, 0.0)).state == "stopped"
 
 
+def test_points_that_crowd_are_found():
+    profile = bagnold_profile()
+    assert np.isnan(measured(profile).figures["crowding"])  # grains have no void ratio of their own
+    for void_ratio, crowding in ((1 / NU - 1, 0.0), (1.2 / NU - 1, 0.2)):
+        profile.fields["void_ratio_state"] = np.full(len(profile.place), void_ratio)
+        assert measured(profile).figures["crowding"] == pytest.approx(crowding, abs=1e-9)
+
+
 def test_published_facts_are_those_of_the_angle():
     facts = {one.figure: one.value for one in at(26.0, 0.2)}
     assert facts["solid_fraction"] == pytest.approx(0.58)
@@ -220,3 +234,24 @@ def test_one_command_from_case_to_page(tmp_path, capsys):
         assert 0.4 < side.flow.figures["solid_fraction"] < 0.65
         assert 0.4 < side.flow.figures["stress_ratio"] < 0.7
         assert side.flow.figures["normal_balance"] < 0.1
+
+
+def test_a_chute_that_is_killed_goes_on_bit_for_bit(grains, tmp_path):
+    """With the account of the slope, whose grains cross the seam."""
+    path = tmp_path / "dem.h5"
+    words = ["time.maximum=4.0", "dem.audit_interval=1", "time.frame_interval=0.5"]
+    words += ["output.checkpoint_interval=0.01"]
+    sets = [word for one in words for word in ("--set", one)]
+    store = ["--packings", str(grains.with_name("packings")), "--quiet"]
+    command = module("dem_reference.run", CASE, "-o", str(path), *sets, *store)
+    process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL, start_new_session=True)
+    kept = path.with_name("dem.h5.unfinished")
+    while process.poll() is None and len(list(kept.glob("checkpoint-*.h5"))) < 2:
+        time.sleep(0.01)
+    killed = process.poll() is None
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    assert killed and not path.exists()
+    assert subprocess.run(command, cwd=ROOT, check=False).returncode == 0
+    told = ("@case", "@case_resolved")  # that tells how often it was kept
+    assert [place for place in differences(path, grains) if place not in told] == []
