@@ -4,7 +4,6 @@ Whoever does a job holds the lock of its log; so two calls that share jobs do ea
 killed call leaves is free again.
 """
 
-import os
 import signal
 import subprocess
 import time
@@ -12,8 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cases import children
-from cases.jobs import Job, Unmade
-from cases.programs import ROOT, module
+from cases.jobs import Job, Unmade, last_words, start
 from cases.scratch import take
 
 INTERVAL = 0.05  # [s] between two looks at who has ended
@@ -60,25 +58,10 @@ def start_next(
             free -= job.cores
 
 
-def start(job: Job, log: int) -> subprocess.Popen:
-    """Begins a job that says what is wrong to the open file `log`, whose lock it inherits."""
-    try:
-        os.truncate(log, 0)
-        os.utime(log)  # it begins now, though it may have been empty before
-        return children.start(
-            module(*job.words),
-            cwd=ROOT,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=log,
-            start_new_session=True,  # it is ended by us, with all that it has started
-        )
-    finally:
-        os.close(log)
-
-
 def unmade(name: str, code: int, log: Path) -> Unmade:
     """A job that has ended without its file."""
+    if said := last_words(log):
+        return Unmade(said, log)
     if code < 0:
         return Unmade(f"{name}: killed by {signal.Signals(-code).name}", log)
     return Unmade(f"{name}: ended with code {code}, without a result and without a word", log)

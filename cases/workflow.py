@@ -61,7 +61,7 @@ def run(
             stack.enter_context(locked(folder / "lock", folder))
         stack.enter_context(shown(members, logs, began))
         if where.profile:
-            failed = cluster.run(missing, folder, where.profile)
+            failed = cluster.run(jobs, folder, where.profile)
         else:
             failed = pool.run(missing, logs, where.cores)
     if failed:

@@ -4,7 +4,7 @@
         [--ranks N] [--profile DIR] [--name NAME] [--table FILE] [--dry-run] [--quiet | --progress]
 
 Seeds run beside each other as far as there are cores and memory, and what was stopped is taken up
-again; on a cluster Snakemake hands each seed to the scheduler (`--profile dem_reference/slurm`).
+again; on a cluster Snakemake hands each seed to the scheduler (`--profile cases/slurm`).
 Runs are kept in runs/ensembles/<case>/<key>, where the key is of what decides the grains
 (dem_reference/content.py): asked again, by whatever name, they are there, and of another friction
 they are others. The table goes to cases/<case>/reference/<name>.csv unless told otherwise.
@@ -12,7 +12,6 @@ they are others. The table goes to cases/<case>/reference/<name>.csv unless told
 
 import json
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -83,15 +82,18 @@ def make(
     files = {str(seed): folder / f"{seed}.h5" for seed in seeds}
     common = [str(short(path)), *(word for one in sets for word in ("--set", one))]
     common += ["--ranks", str(ranks), "--quiet"]
+    seconds, memory = takes(case)
     jobs = {
-        seed: Job(file, (RUN, *common, "-o", str(short(file)), "--seed", seed), ranks)
+        seed: Job(
+            file, (RUN, *common, "-o", str(short(file)), "--seed", seed), ranks, seconds, memory
+        )
         for seed, file in files.items()
     }
     members = Members(
         "seeds of the grains",
         files,
         {name: f"seed {name}" for name in files},
-        seconds_of(case, files, ranks),
+        {name: seconds / ranks for name in files if seconds},
         quiet,
         progress,
     )
@@ -99,13 +101,15 @@ def make(
     return list(files.values())
 
 
-def seconds_of(case: Case, names: Iterable[str], ranks: int) -> dict[str, float]:
-    """What each seed takes, as estimated [s]; nothing where the grains refuse the case."""
+def takes(case: Case) -> tuple[float, float]:
+    """Processor time [s] and memory [bytes] of each seed, as estimated; zeros where the grains
+    refuse the case.
+    """
     try:
-        one = cost.estimate(packing.dict_of(case)).seconds / ranks
+        one = cost.estimate(packing.dict_of(case))
     except CaseError:
-        return {}
-    return {name: one for name in names}
+        return 0.0, 0.0
+    return one.seconds, one.bytes
 
 
 def parser() -> command_line.Parser:
@@ -125,7 +129,7 @@ def parser() -> command_line.Parser:
     out.add_argument(
         "--profile",
         type=Path,
-        help="a Snakemake profile, such as dem_reference/slurm: the seeds go to a cluster",
+        help="a Snakemake profile, such as cases/slurm: the seeds go to a cluster",
     )
     out.add_argument("--dry-run", action="store_true", help="only show which seeds would run")
     out.add_argument("--quiet", action="store_true", help="show no progress")

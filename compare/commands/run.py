@@ -13,12 +13,14 @@ import shutil
 import sys
 from pathlib import Path
 
-from cases import case, command_line, content, cores, memory, results
+from cases import case, command_line, content, cores, handed, memory, results
+from cases.jobs import Job
 from cases.stages import Stage, run_chains, run_stages
 from cases.lookup import find_case
 from cases.programs import module, name_of, program
 from cases.unfinished import Unfinished
 from compare.cost import Estimate, estimate, refuse_more_than_there_is, table, tell_if_long
+from compare.study import sweep
 from compare.verdict import conclusion, siblings
 from dem_reference.content import ensemble_folder, ensemble_key
 
@@ -65,6 +67,7 @@ def arguments(parser):
         type=command_line.threads,
         help="of the continuum (what the grains and its siblings leave of this machine's cores)",
     )
+    parser.add_argument("--profile", type=Path, metavar="DIR", help=sweep.HELP["profile"])
     parser.add_argument("--quiet", action="store_true", help="show no progress")
     again = parser.add_mutually_exclusive_group()
     again.add_argument(
@@ -96,13 +99,14 @@ def grains(
     An ensemble's files are kept by what decides them, so that a stopped or enlarged one goes on
     where it was.
     """
-    if options.seeds == 1:
+    if options.seeds == 1 and not options.profile:
         result = scratch / "dem.h5"
         words = ["dem_reference.run", *common, "--seed", options.seed, "--progress", "-o", result]
         return Stage("grains (DEM)", module(*words), result=result), [result]
     words = ["dem_reference.ensemble", *common, "--first", options.seed, "--seeds", options.seeds]
     folder = ensemble_folder(scene)
     words += ["--jobs", jobs, "--table", folder / "ensemble.csv", "--progress"]
+    words += ["--profile", options.profile.resolve()] if options.profile else []
     seeds = range(options.seed, options.seed + options.seeds)
     stage = Stage(f"grains (DEM), {options.seeds} seeds", module(*words))
     return stage, [folder / f"{seed}.h5" for seed in seeds]
@@ -129,7 +133,10 @@ def run(options) -> int:
         grain_stage, grain_results = grains(scene, options, common, scratch, plan.grains)
         packed = scene["initial.state"] == "packing"  # the continuum starts from the first packing
         common += ["--packing", grain_results[0]] if packed else []
-        engines(scene, options, common, grain_stage, scratch, plan)
+        if options.profile:
+            on_cluster(scene, options, common, grain_stage, scratch, takes)
+        else:
+            engines(scene, options, common, grain_stage, scratch, plan)
         for number, result in enumerate(grain_results, start=1):
             if result.parent != scratch:
                 shutil.copy(result, scratch / ("dem.h5" if number == 1 else f"dem_{number}.h5"))
@@ -188,6 +195,36 @@ def engines(
         failed = run_chains(apart, quiet=options.quiet)
     else:
         failed = run_chains([[grain_stage, *apart[0]]], quiet=options.quiet)
+    siblings.note(scratch, failed)
+
+
+def on_cluster(
+    scene: case.Case,
+    options,
+    common: list,
+    grain_stage: Stage,
+    scratch: Path,
+    takes: Estimate,
+):
+    """The same on a cluster, where each run is a job."""
+    threads, waits = options.threads or 1, scene["initial.state"] == "packing"
+    scratch = scratch.resolve()  # nobody there knows where this command was typed
+    words = [scene.path.resolve(), *common[1:], "--seed", options.seed, "--threads", threads]
+    result = scratch / "mpm.h5"
+    told = [program("mpm_run"), *words, "--progress", "-o", result]
+    stages = [Stage("continuum (MPM)", told, result=result)]
+    stages += [] if options.no_siblings else siblings.stages(scene, words, scratch)
+    there = []
+    for one in stages:
+        assert one.result
+        asked = ("mpm_run", *(str(word) for word in one.command[1:]))
+        job = Job(one.result, asked, threads, takes.mpm.seconds, takes.mpm.bytes)
+        there.append(handed.stage(one, options.profile, job))
+    if waits:
+        run_stages([grain_stage], quiet=options.quiet)
+        failed = run_chains([[one] for one in there], quiet=options.quiet)
+    else:
+        failed = run_chains([[grain_stage], *([one] for one in there)], quiet=options.quiet)
     siblings.note(scratch, failed)
 
 

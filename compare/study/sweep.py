@@ -5,9 +5,11 @@ a cluster.
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from cases import case, command_line, cores, cost, results, workflow
+from cases.cost import Cost
 from cases.errors import CaseError, EngineError
 from cases.jobs import Job
 from cases.members import Members
@@ -21,7 +23,7 @@ from dem_reference.packing import dict_of
 POINT = "compare.study.point"  # the program that makes one run of one recipe
 HELP = {
     "jobs": "runs at a time, of one thread each (%(default)s: cores, and memory for them)",
-    "profile": "a Snakemake profile, such as dem_reference/slurm: the runs go to a cluster",
+    "profile": "a Snakemake profile, such as cases/slurm: the runs go to a cluster",
 }
 
 
@@ -69,49 +71,56 @@ def sweep(
     files = {key: store / f"{key}.json" for key in tasks}
     if any(not file.exists() for file in files.values()):
         path = scene.path.parent if scene.path.name == "case.toml" else scene.path
+        where = workflow.Where(options.jobs, options.profile)
+        asked = program == POINT and (where.profile or not options.quiet)
+        costs = estimates(scene, tasks, files) if asked else {}
         jobs = {
-            key: Job(file, (program, str(short(path)), json.dumps(tasks[key]), "-o", str(file)))
+            key: Job(
+                file,
+                (program, str(short(path)), json.dumps(tasks[key]), "-o", str(file)),
+                seconds=costs[key].seconds if key in costs else 0.0,
+                bytes=costs[key].bytes if key in costs else 0.0,
+            )
             for key, file in files.items()
         }
-        where = workflow.Where(options.jobs, options.profile)
-        workflow.run(jobs, store, where, members_of(scene, tasks, files, options.quiet, program))
+        labels = {key: recipe_of(task).label for key, task in tasks.items()}
+        seconds = {key: one.seconds for key, one in costs.items()}
+        members = Members("runs of the study", files, labels, seconds, options.quiet)
+        workflow.run(jobs, store, where, members)
     return {key: json.loads(file.read_text()) for key, file in files.items()}
 
 
-def members_of(
-    scene: case.Case, tasks: dict[str, dict], files: dict[str, Path], quiet: bool, program: str
-) -> Members:
-    """The tasks as they are shown; what each takes is estimated where it is one run."""
-    recipes = {key: Recipe.of(task.get("recipe", task)) for key, task in tasks.items()}
-    seconds = {}
-    if program == POINT and not quiet:
-        for key, recipe in recipes.items():
-            if not files[key].exists() and (found := estimate(scene, recipe)):
-                seconds[key] = found
-    labels = {key: recipe.label for key, recipe in recipes.items()}
-    return Members("runs of the study", files, labels, seconds, quiet)
+def recipe_of(task: dict) -> Recipe:
+    """A task is a recipe as JSON, or holds one as "recipe" beside what else it asks."""
+    return Recipe.of(task.get("recipe", task))
 
 
-def estimate(scene: case.Case, recipe: Recipe) -> float | None:
-    """Processor time of a point, siblings and all [s]; None where the engine refuses the recipe,
-    which is a result of the study's.
+def estimates(scene: case.Case, tasks: dict[str, dict], files: dict[str, Path]) -> dict[str, Cost]:
+    """What each task takes that is one run, where it is not done and the engine does not refuse."""
+    missing = {key: recipe_of(task) for key, task in tasks.items() if not files[key].exists()}
+    found = {key: estimate(scene, recipe) for key, recipe in missing.items()}
+    return {key: one for key, one in found.items() if one}
+
+
+def estimate(scene: case.Case, recipe: Recipe) -> Cost | None:
+    """Of a point, with the processor time of its siblings; None where the engine refuses the
+    recipe, which is a result of the study's.
     """
     try:
         asked = case.load(scene.path, recipe.sets)
         if recipe.engine == "dem":
-            return grains_cost.estimate(dict_of(asked)).seconds
-        return cost.continuum(asked).seconds * (1.0 + 2.0 / siblings.COARSER**3)
+            return grains_cost.estimate(dict_of(asked))
+        one = cost.continuum(asked)
+        return replace(one, seconds=one.seconds * (1.0 + 2.0 / siblings.COARSER**3))
     except (CaseError, EngineError):
         return None
 
 
 def run_tasks(scene: case.Case, tasks: list[dict], options, program: str) -> list[dict]:
-    """The result of each task, in order; a task is a recipe as JSON, or holds one as "recipe"
-    beside what else it asks.
-    """
+    """The result of each task, in order (recipe_of)."""
     names = []
     for task in tasks:
-        recipe = Recipe.of(task.get("recipe", task))
+        recipe = recipe_of(task)
         more = {name: asked for name, asked in task.items() if name != "recipe"}
         # such a result also tells the commands of its runs, in the recipe's words
         asked = more | {"sets": recipe.sets} if "recipe" in task else None

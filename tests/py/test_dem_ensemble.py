@@ -76,7 +76,7 @@ def test_the_cluster_profile_would_submit_one_job_per_seed(tmp_path):
         "--ranks",
         "2",
         "--profile",
-        "dem_reference/slurm",
+        "cases/slurm",
         "--name",
         "dry",
         "--table",

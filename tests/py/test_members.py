@@ -185,5 +185,7 @@ def test_a_longer_run_is_estimated_longer_and_a_refused_one_not_at_all():
         sweep.estimate(scene, Recipe("mpm", (f"time.maximum={end}",))) for end in (1.0, 4.0)
     )
     assert short and long
-    assert long == pytest.approx(4.0 * short, rel=0.1)  # steps of one length, and a constant
+    assert long.seconds == pytest.approx(
+        4.0 * short.seconds, rel=0.1
+    )  # steps of one length, and a constant
     assert sweep.estimate(scene, Recipe("mpm", ("mpm.cell_size=-1",))) is None

@@ -43,7 +43,7 @@ def make(tmp_path, monkeypatch):
     """Runs jobs by name in one folder; what becomes of them is told by their names."""
     (tmp_path / "made_up.py").write_text(JOB)
     folder, script = tmp_path / "kept", str(tmp_path / "made_up.py")
-    monkeypatch.setattr("cases.pool.module", lambda *words: [PYTHON, script, *words])
+    monkeypatch.setattr("cases.jobs.module", lambda *words: [PYTHON, script, *words])
 
     class Make:
         def __init__(self):
