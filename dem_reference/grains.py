@@ -63,7 +63,7 @@ class Grains:
     sizes: str = "uniform"  # or "two"
     size_spread: float = 0.0  # s [-]
     rolling_friction: float = 0.0  # mu_r [-]
-    rolling_model: str = "epsd"  # or "epsd2"
+    rolling_model: str = "epsd2"  # or "epsd"
     rolling_damping: float = 0.3  # eta_r [-]
     wall_restitution: float = 0.0  # of grains at walls [-]; 0: restitution
 
