@@ -213,7 +213,7 @@ def test_a_summary_counts_mass_not_grains(real):
     beyond = mass[x > (found["run_out_99"] + 1) * 0.02].sum() / mass.sum()
     assert beyond <= 0.01 < beyond + mass.max() / mass.sum()
     assert 0.0 < at_edge["run_out_edge"] <= found["run_out"] + 0.1
-    assert found["dissipated_rolling"] > 0.0 and found["gate_work"] == 0.0
+    assert found["dissipated_rolling"] > 0.0 and "gate_work" not in found
     y = np.array([0.0, 1.0, 2.0])
     assert summary.quantile(y, np.array([1.0, 1.0, 8.0]), 0.5) == 2.0
     assert summary.quantile(y, np.ones(3), 0.5) == 1.0
