@@ -28,10 +28,10 @@ from cases.provenance import about, head, typed
 from cases.scenes import refuse_chute
 
 from . import content, cost, packing
-from .summary import SCALARS, scalars
+from .summary import OWN, SCALARS, scalars
 
 RUN = "dem_reference.run"  # the module that makes one
-UNITS = "units: " + ", ".join(f"{name} [{unit}]" for name, unit in SCALARS.items())
+UNITS = "units: " + ", ".join(f"{name} [{unit}]" for name, unit in (SCALARS | OWN).items())
 
 
 def save(table: pd.DataFrame, target: Path, command: str, *notes: str) -> None:
@@ -57,7 +57,7 @@ def scatter(target: Path) -> str:
     )
     return "\n".join(
         f"{name:26} {table[name].mean():10.4g} +- {half[name]:8.2g} "
-        f"(s {table[name].std(ddof=1):.2g}) {SCALARS[name]}"
+        f"(s {table[name].std(ddof=1):.2g}) {(SCALARS | OWN)[name]}"
         for name in table
         if name != "seed"
     )

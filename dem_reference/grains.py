@@ -63,7 +63,7 @@ class Grains:
     sizes: str = "uniform"  # or "two"
     size_spread: float = 0.0  # s [-]
     rolling_friction: float = 0.0  # mu_r [-]
-    rolling_model: str = "epsd"  # or "epsd2"
+    rolling_model: str = "epsd2"  # or "epsd"
     rolling_damping: float = 0.3  # eta_r [-]
     wall_restitution: float = 0.0  # of grains at walls [-]; 0: restitution
 
@@ -134,15 +134,8 @@ class Grains:
 
     @property
     def mean_volume(self) -> float:
-        """Of the grains by number [m3]: E[d^3] = d^3 (1 + s^2), of two sizes d^3 (1 + 3 s^2)."""
-        return self.volume * (1 + (3 if self.sizes == "two" else 1) * self.size_spread**2)
-
-    @property
-    def d43(self) -> float:
-        """E[d^4]/E[d^3] [m], which maps call the diameter of grains of several sizes."""
-        s = self.size_spread**2
-        fourth = 1 + 6 * s + s * s if self.sizes == "two" else 1 + 2 * s + s * s / 5
-        return self.diameter * fourth * self.volume / self.mean_volume
+        """Of the grains by number [m3]."""
+        return self.volume * moments(self.sizes, self.size_spread)[0]
 
     @property
     def mean_mass(self) -> float:
@@ -206,6 +199,18 @@ class Grains:
     def strain_rate(self, inertial_number: float, pressure: float) -> float:
         """Strain rate of an inertial number under `pressure` [Pa]: I sqrt(p/rho_s)/d [1/s]."""
         return inertial_number * sqrt(pressure / self.density) / self.diameter
+
+
+def moments(sizes: str, spread: float) -> tuple[float, float]:
+    """E[d^3]/d^3 and E[d^4]/d^4 of diameters with the half-width `spread` [-]."""
+    s = spread**2
+    return (1 + 3 * s, 1 + 6 * s + s * s) if sizes == "two" else (1 + s, 1 + 2 * s + s * s / 5)
+
+
+def mapped_diameter(grains: dict) -> float:
+    """Of a table [grains] [m]: E[d^4]/E[d^3], which maps call the diameter of several sizes."""
+    third, fourth = moments(grains.get("sizes", "uniform"), grains.get("size_spread", 0.0))
+    return grains["diameter"] * (fourth / third)
 
 
 def damping_factor(restitution: float) -> float:

@@ -20,9 +20,7 @@ SCALARS = {
     "released": "J",
     "dissipated_normal": "released",
     "dissipated_tangential": "released",
-    "dissipated_rolling": "released",
     "dissipated_wall": "released",
-    "gate_work": "released",
     "dissipated_short": "released",
     "dissipated_enduring": "released",
     "enduring_half_threshold": "released",
@@ -40,12 +38,12 @@ SCALARS = {
     "cpu_seconds_engine": "s",
 }
 
+# Those of scenes that have them alone: rolling resistance, a gate that rises.
+OWN = {"dissipated_rolling": "released", "gate_work": "released"}
 SHARES = (  # accounts of the history that are told by their last value, over the energy released
     "dissipated_normal",
     "dissipated_tangential",
-    "dissipated_rolling",
     "dissipated_wall",
-    "gate_work",
     "dissipated_short",
     "dissipated_enduring",
     "unaccounted",
@@ -64,7 +62,7 @@ def quantile(x: np.ndarray, mass: np.ndarray, share: float) -> float:
 
 
 def scalars(path: Path) -> dict[str, float]:
-    """SCALARS of a dem.h5.
+    """SCALARS of a dem.h5, and those of OWN that its scene has.
 
     E0 is the initial potential energy; run-outs are mass percentiles, 99.5 and 99. One grain
     decides highest_grain_at_wall, the top of the grains within 1.5 d of it; the height of a deposit
@@ -110,12 +108,12 @@ def scalars(path: Path) -> dict[str, float]:
             },
         }
         for name in SHARES:
-            absent = 0.0 if name in ("dissipated_rolling", "gate_work") else np.nan
-            out[name] = energy[name][-1] / released if name in energy else absent
+            out[name] = energy[name][-1] / released if name in energy else np.nan
+        own = {name: energy[name][-1] / released for name in OWN if name in energy}
         for k, name in ((0, "enduring_half_threshold"), (2, "enduring_double_threshold")):
             out[name] = (
                 file["lifetime/dissipated_enduring"][-1, k] / released
                 if "lifetime" in file
                 else np.nan
             )
-    return {name: float(out[name]) for name in SCALARS}
+    return {name: float(out[name]) for name in SCALARS} | {k: float(v) for k, v in own.items()}

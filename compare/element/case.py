@@ -3,7 +3,10 @@
 from pathlib import Path
 
 from cases import case
+from cases.errors import CaseError
 from dem_reference.grains import Grains
+
+REAL = ("triaxial", "isotropic")  # tests of grains that may have several sizes and resist rolling
 
 
 class Case:
@@ -17,6 +20,13 @@ class Case:
         self.read = case.load(path, kind="element")
         self.path = self.read.path
         self.test = self["element.test"]
+        given = self.read["grains"]
+        for key in ("size_spread", "rolling_friction"):
+            if given[key] and self.test not in REAL:
+                raise CaseError(
+                    f"{self.path}: grains.{key} = {given[key]:g} contradicts element.test = "
+                    f'"{self.test}" (only {" and ".join(REAL)} know it)'
+                )
 
     def __getitem__(self, key: str):
         return self.read[key]

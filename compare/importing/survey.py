@@ -11,6 +11,7 @@ from compare.importing.frame import Box
 from compare.importing.options import Options
 from compare.importing.series import Grains, Series
 from compare.importing.spool import Piece, Spool
+from dem_reference.grains import mapped_diameter
 
 GRAVITY = 9.81  # m/s2
 
@@ -45,7 +46,9 @@ def survey(
     moving = ~np.isin(first.ids, wall)
     sizes = truth.Sizes.of(first.radius[moving], matter.masses(first)[moving])
     if scene is not None:  # before what hangs on lengths
-        truth.refuse_other_scene("diameter", sizes.d43, truth.diameter(scene), first.source)
+        truth.refuse_other_scene(
+            "diameter", sizes.d43, mapped_diameter(scene["grains"]), first.source
+        )
 
     gravity = None if options.gravity is None else np.array(options.gravity)
     turned = axes.chosen(

@@ -9,7 +9,7 @@ import numpy as np
 from cases.case import Case
 from cases.errors import CaseError
 from compare.importing.series import Grains
-from dem_reference.grains import Grains as Scene
+from dem_reference.grains import mapped_diameter, moments
 
 SAID = 0.01  # relative: a disagreement that is said
 REFUSED = 3.0  # a factor of lengths beyond which it is another scene, or another unit
@@ -92,11 +92,6 @@ def column(scene: Case) -> np.ndarray:
     return np.array([scene[f"geometry.{name}"] for name in ("length", "height", "thickness")])
 
 
-def diameter(scene: Case) -> float:
-    """Of a case's grains, d43 where their sizes are spread [m]."""
-    return Scene.of(scene.values).d43 / scene["dem.coarsening"]
-
-
 def refuse_other_scene(what: str, own: float, other: float, source: str):
     """Raises CaseError where a length of the grains is none of the case's by far."""
     if not 1.0 / REFUSED <= own / other <= REFUSED:
@@ -114,13 +109,15 @@ def against_case(
     """
     size = column(scene)
     for what, own, other in (
-        ("diameter", sizes.d43, diameter(scene)),
+        ("diameter", sizes.d43, mapped_diameter(scene["grains"])),
         *zip(("length", "height", "thickness"), extent, size),
     ):
         refuse_other_scene(what, own, other, source)
         disagree(what, float(own), float(other), " m", "the case", notes)
     rho = scene["grains.density"]
-    one = Scene.of(scene.values).mean_volume / scene["dem.coarsening"] ** 3
+    d, grains = scene["grains.diameter"], scene["grains"]
+    third, _ = moments(grains.get("sizes", "uniform"), grains.get("size_spread", 0.0))
+    one = np.pi / 6.0 * d**3 * third
     solid = float(np.prod(size)) / (1.0 + scene["initial.void_ratio"])
     disagree("density", sizes.density, rho, " kg/m3", "the case", notes)
     disagree("mass", sizes.mass, solid * rho, " kg", "the case", notes)

@@ -13,7 +13,7 @@ from cases.errors import CaseError
 from compare.metrics import Metric, all_metrics
 from compare.mapping.runs import SCENE, Run, open_fields, open_run
 from compare.verdict.packings import Packings, of_run
-from dem_reference.grains import Grains
+from dem_reference.grains import mapped_diameter
 
 SAME = 0.01  # relative: what imported grains may differ from the case's to be packed like them
 
@@ -103,7 +103,7 @@ def scatter_of(run: Run) -> Packings:
     for name in ("diameter", "density") if run.imported else ():
         own, of_case = run.attributes.get(name), run.case[f"grains.{name}"]
         if name == "diameter":
-            of_case = Grains.of(run.case.values).d43 / run.case["dem.coarsening"]
+            of_case = mapped_diameter(run.case["grains"])
         if own is not None and abs(own / of_case - 1.0) > SAME:
             return Packings(
                 f"the scatter of the packings is unknown (the grains' {name} is {own:.4g}, the "

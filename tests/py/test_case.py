@@ -84,3 +84,9 @@ def test_a_kind_nobody_knows_and_overrides_where_none_belong_are_refused():
         case.load(COLUMN, kind="scenery")
     with pytest.raises(CaseError, match="only a scene takes --set"):
         case.load(ROOT / "cases" / "shear", ["grains.friction=0.3"], kind="element")
+
+
+def test_a_restitution_of_walls_that_no_engine_takes_is_refused():
+    assert case.load(COLUMN, ["walls.restitution=0.5"])["walls.restitution"] == 0.5
+    with pytest.raises(CaseError, match="walls.restitution = 0.03 is out of bounds"):
+        case.load(COLUMN, ["walls.restitution=0.03"])

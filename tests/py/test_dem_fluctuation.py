@@ -9,12 +9,14 @@ from dem_reference.moment import ARRAYS, atoms_of, fluctuation_energy
 GRAINS = Grains(1.0, 1.0, 1e7, 0.3, 0.9, 0.5)
 
 
-def energy(v, x, radial=False):
+def energy(v, x, radial=False, radius=None):
     nothing = np.zeros(x.shape)
     values = {"x": x, "v": v, "id": np.arange(len(x)), "type": np.ones(len(x))}
     arrays = {
         name: np.ascontiguousarray(values.get(name, nothing), kind) for name, kind in ARRAYS.items()
     }
+    if radius is not None:
+        arrays["radius"] = radius
     return fluctuation_energy(atoms_of(arrays), GRAINS, radial)
 
 
@@ -52,3 +54,20 @@ def test_rigid_rotation_about_the_axis_has_none_in_rings():
     assert energy(random, x, radial=True) == pytest.approx(
         expected, rel=3 * np.sqrt(2 / (3 * len(x)))
     )
+
+
+def test_of_grains_of_several_sizes_each_counts_by_its_mass():
+    """Random motion on an affine one, of two sizes: 3/2 T sum m, and none without it."""
+    random, n, temperature = np.random.default_rng(5), 20000, 0.25
+    x = random.uniform(0, 60, (n, 3)) * [1, 0.5, 0.05]
+    affine = x[:, :2] @ np.array([[0.3, -2.0, 0.1], [5.0, -0.3, 0.2]])
+    radius = random.choice([0.4, 0.6], n)
+    mass = GRAINS.density * 4 / 3 * np.pi * radius**3
+    kinetic = (mass @ (affine**2).sum(axis=1)) / 2
+    assert energy(affine, x, radius=radius) < 1e-20 * kinetic
+    v = affine + random.normal(0, np.sqrt(temperature), (n, 3))
+    # three standard errors of a sum of squares with the weights m
+    error = 3 * np.sqrt(2 * (mass**2).sum() / (3 * mass.sum() ** 2))
+    assert energy(v, x, radius=radius) == pytest.approx(1.5 * temperature * mass.sum(), rel=error)
+    alike = 1.5 * temperature * n * GRAINS.mass
+    assert energy(v, x, radius=radius) != pytest.approx(alike, rel=error)

@@ -25,10 +25,8 @@ ROLLING = {"rolling_friction": 0.1, "rolling_damping": 0.3}
 KINDS = {
     "equal": GRAINS,
     "spread": replace(GRAINS, **SPREAD),
-    "epsd": replace(GRAINS, **ROLLING),
-    "spread, two sizes, epsd2": replace(
-        GRAINS, sizes="two", rolling_model="epsd2", **SPREAD, **ROLLING
-    ),
+    "epsd": replace(GRAINS, rolling_model="epsd", **ROLLING),
+    "spread, two sizes, epsd2": replace(GRAINS, sizes="two", **SPREAD, **ROLLING),
 }
 every_kind = pytest.mark.parametrize("grains", KINDS.values(), ids=KINDS)
 DT, GRAVITY, THICKNESS, SIDE = 1e-5, 9.81, 0.008, 0.016

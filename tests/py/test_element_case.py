@@ -52,6 +52,10 @@ def test_every_shipped_case_is_valid_and_names_its_points_apart(test):
             "case.toml:4: unknown element.test 'sheer' (known: shear, bumpy_shear",
         ),
         (('test = "shear"', 'test = "cooling"'), "case.toml:16: unknown key 'shear."),
+        (
+            ("friction = 0.5", "friction = 0.5\nrolling_friction = 0.1"),
+            'grains.rolling_friction = 0.1 contradicts element.test = "shear" (only triaxial',
+        ),
     ],
 )
 def test_a_wrong_case_is_refused_in_one_line(tmp_path, change, complaint):
