@@ -110,12 +110,13 @@ class Lines {
           "follows it) {}",
           en, card_.name, remedy);
     }
+    const std::string measure = "measure them: grainpair element cases/triaxial/rolling";
     const auto other = [&](const char* key, bool apart, const char* follow) {
       if (!apart) return;
       const double fitted = number_or_none(card_.grains, key);
       same_grains_ = false;
       say(key, "is not {:g}, of the grains that the card {} is fitted to ({}) {}", fitted,
-          card_.name, follow, remedy);
+          card_.name, follow, measure);
     };
     const auto sizes = card_.grains.find("grains.sizes");
     const double own = deviation(

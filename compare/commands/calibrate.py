@@ -131,13 +131,6 @@ def start_of(options, grains: Grains) -> Card:
     return card.with_values(effective_restitution=Model(card, grains).effective_restitution)
 
 
-def spread_and_rolling(grains: Grains) -> list[str]:
-    """What grains have beyond FITTED_TO, where they have it, as lines of a card."""
-    lines = [] if grains.even else [f'sizes = "{grains.sizes}"']
-    lines += [] if grains.even else [f"size_spread = {grains.size_spread:g}"]
-    return lines + ([f"rolling_friction = {grains.rolling_friction:g}"] if grains.rolls else [])
-
-
 def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
     """The material card, with where it comes from and every constant's uncertainty in comments."""
     *most, last = (test.name for test in compared_tests() if test.within(fit.card))
@@ -164,7 +157,6 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
         "over fits to resampled seeds.",
         "[grains]  # of the element tests",
         *(f"{name} = {getattr(grains, name):g}" for name in FITTED_TO),
-        *spread_and_rolling(grains),
         "",
         "[material]",
     ]
