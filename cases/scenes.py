@@ -1,4 +1,4 @@
-"""What a scene is, of the table [geometry] of its case: a column that collapses, a chute, a silo."""
+"""What a scene is, by the table [geometry] of its case: a collapsing column, a chute, a silo."""
 
 from math import cos, radians, sin
 

@@ -1,7 +1,7 @@
 """Columns of published aspect ratios, or slots of a silo: both engines beside what is published.
 
-Aspect ratios or slots stand in the table [experiment] of cases/<case>/study.toml, what is published in
-cases/published.toml. Every run is kept in runs/studies/points. Written to --out: experiment.csv,
+Aspect ratios or slots stand in the table [experiment] of cases/<case>/study.toml, what is published
+in cases/published.toml. Every run is kept in runs/studies/points. Written to --out: experiment.csv,
 experiment.html and the figure.
 """
 

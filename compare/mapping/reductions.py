@@ -262,8 +262,8 @@ def example_run(
     """A run made of arrays, for examples of metrics and statements: H = L0 = g = 1, e0 = 1, points
     of mass 1.
 
-    silo: orifice and fall [m] of one. x: (frames, N, 3); state: records by name, (frames, N); solid_fraction and other fields:
-    (frames, ny, nx, ...) on a grid of `spacing`.
+    x: (frames, N, 3); state: records by name, (frames, N); silo: orifice and fall [m] of one;
+    solid_fraction and other fields: (frames, ny, nx, ...) on a grid of `spacing`.
     """
     case = parse(
         "[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"

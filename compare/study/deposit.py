@@ -28,8 +28,8 @@ DEFINITIONS = {
     "height": "height of the free surface at the end over L0 (metric final_height)",
 }
 DEFINITIONS_SILO = {
-    "discharge": "mass that leaves per time and per length of the slot, over rho_b sqrt(g) D^1.5, D "
-    "the width of the slot (metric discharge)"
+    "discharge": "mass that leaves per time and per length of the slot, over rho_b sqrt(g) D^1.5, "
+    "D the width of the slot (metric discharge)"
 }
 
 

@@ -2,8 +2,8 @@
 against each other and against what is published.
 
 The table [experiment] of a case's study.toml names the aspect ratios, and the case's length stays
-while its height follows; or it names the widths of the slots. The grains scatter by their packings, the continuum's figures have the bar that its
-siblings tell.
+while its height follows; or it names the widths of the slots. The grains scatter by their packings,
+the continuum's figures have the bar that its siblings tell.
 """
 
 from dataclasses import dataclass

@@ -69,8 +69,8 @@ def told(table: pd.DataFrame) -> str:
     """What the picture shows, in words."""
     place = table.columns[0]
     parts = [
-        f"{PLACES[place][0]} = {row[place]:g}: {WORDS[row['figure']]} {row['mpm']:.2f} of the continuum, "
-        f"{row['dem']:.2f} of the grains, {row['verdict']}"
+        f"{PLACES[place][0]} = {row[place]:g}: {WORDS[row['figure']]} {row['mpm']:.2f} of the "
+        f"continuum, {row['dem']:.2f} of the grains, {row['verdict']}"
         for _, row in table.iterrows()
     ]
     return "; ".join(parts) + "."
