@@ -2,8 +2,6 @@
 
 import shutil
 import time
-from dataclasses import dataclass
-from math import sqrt
 from pathlib import Path
 
 import numpy as np
@@ -18,46 +16,17 @@ from .checkpoint import Keeper, Unfinished
 from .contacts import Snapshot
 from .drive import drive_of
 from .engine import Liggghts
-from .grains import Grains, time_step
+from .grains import Grains
 from .moment import Moment, planes_of
 from .output import Result
 from .packing import RESTART
+from .plan import Plan
 from .process import Voice
 from .restart import State
 from .spent import Spent
 
 
 RELEASE = "reset_timestep 0\nrun 0"
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Steps of a run: every interval is a whole multiple of the shorter one.
-
-    So pieces of the run always end alike.
-    """
-
-    dt: float  # [s]
-    sample: int  # steps between samples of the contacts
-    row: int  # between rows of the energy history
-    frame: int  # between frames
-    last: int  # at most
-    scale: float  # sqrt(H/g) [s]
-
-    @classmethod
-    def of(cls, case: dict) -> "Plan":
-        geometry, t = case["geometry"], case["time"]
-        grains = Grains.of(case)
-        dt = time_step(
-            grains, case["dem"]["time_step_fraction"], geometry["height"], geometry["gravity"]
-        )
-        scale = sqrt(geometry["height"] / geometry["gravity"])
-        wanted = max(1, round(t["energy_interval"] * scale / dt))
-        sample = min(case["dem"]["audit_interval"] or wanted, wanted)
-        row = sample * max(1, round(wanted / sample))
-        frame = row * max(1, round(t["frame_interval"] * scale / dt / row))
-        last = frame * max(1, round(t["maximum"] * scale / dt / frame))
-        return cls(dt, sample, row, frame, last, scale)
 
 
 def settled(case: dict, grains: Grains, packing: Path, work: Path) -> str:

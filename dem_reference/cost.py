@@ -8,7 +8,7 @@ from cases.scenes import floor_length
 
 from . import packing, scene
 from .base import rough_count
-from .collapse import Plan
+from .plan import Plan
 from .grains import Grains
 
 

@@ -20,7 +20,8 @@ from cases.scratch import reason
 
 from . import cost, packing, scene
 from .checkpoint import Unfinished
-from .collapse import Plan, collapse
+from .collapse import collapse
+from .plan import Plan
 from .content import run_key
 from .grains import Grains
 from .process import run_engine

@@ -22,7 +22,8 @@ from cases.programs import unstarted
 
 from . import plates, scene
 from .audit import without_split
-from .collapse import Plan, close, finish, release
+from .collapse import close, finish, release
+from .plan import Plan
 from .contacts import Snapshot
 from .grains import Grains
 from .moment import PLAIN_COLUMNS, ROLLING_COLUMNS, fluctuation_energy

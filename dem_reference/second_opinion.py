@@ -27,7 +27,7 @@ from cases.scenes import refuse_chute
 from cases.scratch import temporary
 
 from . import lammps, scene
-from .collapse import Plan
+from .plan import Plan
 from .ensemble import save
 from .grains import Grains
 from .packing import drag

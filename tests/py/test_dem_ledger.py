@@ -82,7 +82,8 @@ def test_accounts_are_those_of_plain_python(every_step, grains):
     (first, *others), moment = states(grains), new_moment(grains)
     look(moment, *first)
     ours = Accounts(moment, INTERVAL, every_step, UNIT, THRESHOLD)
-    plain = oracle.Accounts(told(first[0], first[1], grains), INTERVAL, every_step, UNIT, THRESHOLDS)
+    start = told(first[0], first[1], grains)
+    plain = oracle.Accounts(start, INTERVAL, every_step, UNIT, THRESHOLDS)
     for atoms, rows in others:
         look(moment, atoms, rows)
         state = told(atoms, rows, grains)
