@@ -118,8 +118,8 @@ void check_scene(const Values& c) {
   } else {
     for (const char* key : {"geometry.orifice", "geometry.fall"})
       if (c.has(key))
-        refuse(c.where(key), "{} = {:g} without geometry.scene = \"silo\" (only a silo has it)", key,
-               c.number(key));
+        refuse(c.where(key), "{} = {:g} without geometry.scene = \"silo\" (only a silo has it)",
+               key, c.number(key));
   }
   pair("walls.base", "coulomb", "walls.base_friction");
   pair("walls.left", "coulomb", "walls.left_friction");

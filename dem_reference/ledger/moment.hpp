@@ -54,8 +54,8 @@ struct Scene {
   double wall_damping_factor;
   double rolling_model, rolling_friction, rolling_damping;
   double time_step, gravity;  // gravity along -y
-  double thickness, length;  // periods along z and x; 0 where there is none
-  double pull;               // gravity along x
+  double thickness, length;   // periods along z and x; 0 where there is none
+  double pull;                // gravity along x
 
   Rolling rolling() const { return static_cast<Rolling>(static_cast<int>(rolling_model)); }
   int columns() const { return rolling() == Rolling::none ? kPlainColumns : kRollingColumns; }

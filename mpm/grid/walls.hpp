@@ -47,9 +47,9 @@ struct Gate {
   }
 };
 
-/// The bottom of a silo, its top at y = top, from x = begin on: three rows of nodes, the first half a
-/// cell above its top. What lies on it then meets no node that moves through it, nor does what has
-/// sunk by less than a cell: quadratic shape functions reach one and a half cells.
+/// The bottom of a silo, its top at y = top, from x = begin on: three rows of nodes, the first half
+/// a cell above its top. What lies on it then meets no node that moves through it, nor does what
+/// has sunk by less than a cell: quadratic shape functions reach one and a half cells.
 struct Shelf {
   double begin = 0.0, top = 0.0, cell = 0.0;
   Wall wall;

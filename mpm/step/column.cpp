@@ -110,8 +110,8 @@ struct Lattice {
   }
 };
 
-/// Whole numbers of points fill the column [0, L] x [0, H] (x [0, W]) above its foot exactly, as near
-/// to the asked density as that allows.
+/// Whole numbers of points fill the column [0, L] x [0, H] (x [0, W]) above its foot exactly, as
+/// near to the asked density as that allows.
 template <int dim>
 Lattice lattice_of(const Case& scene, const Numerics& numerics) {
   const double spacing = numerics.h / static_cast<double>(scene.integer("mpm.points_per_cell"));
