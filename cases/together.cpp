@@ -86,6 +86,13 @@ void check_silo(const Values& c) {
            half, length);
 }
 
+void check_no_silo(const Values& c) {
+  for (const char* key : {"geometry.orifice", "geometry.fall"})
+    if (c.has(key))
+      refuse(c.where(key), "{} = {:g} without geometry.scene = \"silo\" (only a silo has it)", key,
+             c.number(key));
+}
+
 bool is_scene(const Values& scene, const char* word) {
   return scene.has("geometry.scene") && scene.word("geometry.scene") == word;
 }
@@ -113,20 +120,7 @@ void check_scene(const Values& c) {
   };
   const bool chute = is_chute(c);
   chute ? check_chute(c) : check_collapse(c);
-  if (is_silo(c)) {
-    check_silo(c);
-  } else {
-    for (const char* key : {"geometry.orifice", "geometry.fall"})
-      if (c.has(key))
-        refuse(c.where(key), "{} = {:g} without geometry.scene = \"silo\" (only a silo has it)",
-               key, c.number(key));
-  }
-  pair("walls.base", "coulomb", "walls.base_friction");
-  pair("walls.left", "coulomb", "walls.left_friction");
-  pair("walls.gate", "lifted", "walls.gate_speed");
-  if (c.word("walls.gate") == "lifted" && c.number("walls.gate_speed") == 0)
-    refuse(where("walls.gate_speed"),
-           "walls.gate_speed = 0 contradicts walls.gate = \"lifted\" (it would never open)");
+  is_silo(c) ? check_silo(c) : check_no_silo(c);
   if (const double e = c.number("walls.restitution"); e > 0.0 && e < least_restitution)
     refuse(where("walls.restitution"),
            "walls.restitution = {:g} is out of bounds (outside {:g} .. 1; 0 means "

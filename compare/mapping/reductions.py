@@ -245,6 +245,14 @@ def masked_error(mpm: Run, dem: Run, field) -> float:
     return float(np.sqrt(difference / reference)) if reference > 0.0 else float("nan")
 
 
+def lines_of(silo: dict | None) -> str:
+    """What a case says of a silo, after the lines of [geometry]; nothing where there is none."""
+    if silo is None:
+        return ""
+    lines = [f"{key} = {value}" for key, value in silo.items()]
+    return "\n".join([*lines, 'scene = "silo"', "[walls]", 'base = "coulomb"', ""])
+
+
 def example_run(
     *,
     x=None,
@@ -267,10 +275,8 @@ def example_run(
     """
     case = parse(
         "[geometry]\nheight = 1.0\nlength = 1.0\ngravity = 1.0\nthickness = 1.0\n"
-        "floor_length = 100.0\n"
-        + "".join(f"{key} = {value}\n" for key, value in (silo or {}).items())
-        + ('scene = "silo"\n[walls]\nbase = "coulomb"\n' if silo else "")
-        + f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
+        f"floor_length = 100.0\n{lines_of(silo)}"
+        f"[grains]\ndiameter = {diameter}\ndensity = 1.0\n[initial]\nvoid_ratio = 1.0\n"
         "[mpm]\ncell_size = 0.05\n[compare]\nmargin_run_out = 0.05\nmargin_height = 0.05\n"
         "margin_time = 0.05\nmargin_energy = 0.05\nmargin_distance = 0.03\n"
     )

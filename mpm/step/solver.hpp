@@ -32,10 +32,10 @@ struct SolverSetup {
   Eigen::Matrix<double, Dim, 1> gravity;  // [m/s2]
   Walls<Dim> walls;
   Gate gate;
-  Shelf shelf = {};
   bool axisymmetric = false;  // x is the radius
   Numerics numerics;
   Period period = {};  // along x; cells[0] are then all its cells
+  Shelf shelf = {};    // bottom of a silo
 };
 
 /// The stages are in solver_*.cpp, the two sweeps between points and nodes in the kernel.
