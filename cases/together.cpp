@@ -121,6 +121,12 @@ void check_scene(const Values& c) {
   const bool chute = is_chute(c);
   chute ? check_chute(c) : check_collapse(c);
   is_silo(c) ? check_silo(c) : check_no_silo(c);
+  pair("walls.base", "coulomb", "walls.base_friction");
+  pair("walls.left", "coulomb", "walls.left_friction");
+  pair("walls.gate", "lifted", "walls.gate_speed");
+  if (c.word("walls.gate") == "lifted" && c.number("walls.gate_speed") == 0)
+    refuse(where("walls.gate_speed"),
+           "walls.gate_speed = 0 contradicts walls.gate = \"lifted\" (it would never open)");
   if (const double e = c.number("walls.restitution"); e > 0.0 && e < least_restitution)
     refuse(where("walls.restitution"),
            "walls.restitution = {:g} is out of bounds (outside {:g} .. 1; 0 means "
