@@ -350,7 +350,7 @@ def page() -> str:
     )
     reference = {
         name: ROOT / "cases" / name / "reference"
-        for name in ("column", "column_small", "column_ci", "column_full", "cylinder")
+        for name in ("column", "column_small", "column_ci", "column_full", "channel", "cylinder")
     }
     return environment.get_template("results.md.j2").render(
         frontiers=[frontier_of("column_small"), frontier_of("column")],
@@ -367,8 +367,15 @@ def page() -> str:
             name: origin(reference[name] / "convergence.csv") for name in ("column", "column_small")
         },
         verdicts=verdicts(["column_small", "column", "column_ci"]),
-        experiment=experiment("cylinder"),
-        experiment_origin=origin(reference["cylinder"] / "experiment.csv"),
+        experiments=[
+            {
+                "name": name,
+                "columns": words,
+                "origin": origin(reference[name] / "experiment.csv"),
+                "table": experiment(name),
+            }
+            for name, words in (("channel", "columns in a channel"), ("cylinder", "cylinders"))
+        ],
         outcome=outcome("column_small"),
         outcome_origin=origin(reference["column_small"] / "judge" / "outcome.csv"),
         statements=statements("column_full"),
