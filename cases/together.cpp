@@ -9,17 +9,19 @@
 namespace grainpair {
 namespace {
 
+/// What a scene that is no collapse may have of a choice.
+void only(const Values& c, const char* key, const char* word, const char* why) {
+  if (c.word(key) != word)
+    refuse(c.where(key), "{} = \"{}\" contradicts geometry.scene = \"{}\" ({}; only \"{}\")", key,
+           c.word(key), c.word("geometry.scene"), why, word);
+}
+
 /// A chute has neither gate, left wall nor end, and starts from its nominal state.
 void check_chute(const Values& c) {
-  const auto only = [&](const std::string& key, const std::string& word, const char* why) {
-    if (c.word(key) != word)
-      refuse(c.where(key), "{} = \"{}\" contradicts geometry.scene = \"chute\" ({}; only \"{}\")",
-             key, c.word(key), why, word);
-  };
-  only("walls.left", "smooth", "it repeats along the flow and has no left wall");
-  only("walls.gate", "instantaneous", "it has no gate");
-  only("walls.front_back", "periodic", "it repeats across the flow");
-  only("initial.state", "nominal", "no packing of a chute is mapped");
+  only(c, "walls.left", "smooth", "it repeats along the flow and has no left wall");
+  only(c, "walls.gate", "instantaneous", "it has no gate");
+  only(c, "walls.front_back", "periodic", "it repeats across the flow");
+  only(c, "initial.state", "nominal", "no packing of a chute is mapped");
   if (c.word("geometry.dimension") == "axisymmetric")
     refuse(
         c.where("geometry.dimension"),
@@ -65,15 +67,10 @@ void check_silo(const Values& c) {
   for (const char* key : {"geometry.orifice", "geometry.fall"})
     if (!c.has(key))
       refuse(c.where("geometry.scene"), "missing key '{}' ({})", key, find_key(schema(), key)->doc);
-  const auto only = [&](const char* key, const char* word, const char* why) {
-    if (c.word(key) != word)
-      refuse(c.where(key), "{} = \"{}\" contradicts geometry.scene = \"silo\" ({}; only \"{}\")",
-             key, c.word(key), why, word);
-  };
-  only("walls.base", "coulomb", "its bottom and the floor below are plates");
-  only("walls.gate", "instantaneous", "its wall stays");
-  only("walls.front_back", "periodic", "its plates span a period");
-  only("initial.state", "nominal", "no packing in a silo is mapped");
+  only(c, "walls.base", "coulomb", "its bottom and the floor below are plates");
+  only(c, "walls.gate", "instantaneous", "its wall stays");
+  only(c, "walls.front_back", "periodic", "its plates span a period");
+  only(c, "initial.state", "nominal", "no packing in a silo is mapped");
   if (c.word("geometry.dimension") == "axisymmetric")
     refuse(c.where("geometry.dimension"),
            "geometry.dimension = \"axisymmetric\" contradicts geometry.scene = \"silo\" (its "

@@ -21,13 +21,21 @@ START, END = "| scene | what it is | engines take |", "\n\n"
 WIDE, HIGH, WALL, FLOOR = 300.0, 150.0, 60.0, 118.0  # of the picture, and where wall and floor are
 ROOM = (96.0, 150.0)  # a column may be so high and so long
 
-SVG = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 150" width="300" height="150" \
+BEGIN = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 150" width="300" height="150" \
 role="img" aria-label="{words}">
 <rect width="300" height="150" fill="#fff"/>
 <pattern id="grains" width="{pitch:.3f}" height="{pitch:.3f}" patternUnits="userSpaceOnUse" \
 x="{x:.3f}" y="{y:.3f}"><circle cx="{half:.3f}" cy="{half:.3f}" r="{radius:.3f}" fill="#c8561b"/>
 </pattern>
 <rect x="{x:.3f}" y="{y:.3f}" width="{length:.3f}" height="{height:.3f}" fill="url(#grains)"/>
+"""
+CLOSE = """<text x="292" y="146" text-anchor="end">{about}</text>
+</g></svg>
+"""
+
+SVG = (
+    BEGIN
+    + """\
 <path d="M{x:.3f} 8V118H292" fill="none" stroke="#26292e" stroke-width="1.5"{left}/>
 <path d="M{gate:.3f} 8V118" fill="none" stroke="#1f5fa8" stroke-width="1.2" \
 stroke-dasharray="4 3"/>
@@ -35,17 +43,13 @@ stroke-dasharray="4 3"/>
 <text x="{middle:.3f}" y="132" text-anchor="middle">{long}</text>
 <text x="54" y="{beside:.3f}" text-anchor="end">{high}</text>
 <text x="{after:.3f}" y="18" fill="#1f5fa8">gate</text>
-<text x="292" y="146" text-anchor="end">{about}</text>
-</g></svg>
 """
+    + CLOSE
+)
 
-CHUTE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 150" width="300" height="150" \
-role="img" aria-label="{words}">
-<rect width="300" height="150" fill="#fff"/>
-<pattern id="grains" width="{pitch:.3f}" height="{pitch:.3f}" patternUnits="userSpaceOnUse" \
-x="{x:.3f}" y="{y:.3f}"><circle cx="{half:.3f}" cy="{half:.3f}" r="{radius:.3f}" fill="#c8561b"/>
-</pattern>
-<rect x="{x:.3f}" y="{y:.3f}" width="{length:.3f}" height="{height:.3f}" fill="url(#grains)"/>
+CHUTE = (
+    BEGIN
+    + """\
 <path d="M{x:.3f} {floor:.3f}H{end:.3f}" fill="none" stroke="#26292e" stroke-width="1.5"/>
 <path d="M{x:.3f} 8V118M{end:.3f} 8V118" fill="none" stroke="#1f5fa8" stroke-width="1.2" \
 stroke-dasharray="4 3"/>
@@ -53,18 +57,14 @@ stroke-dasharray="4 3"/>
 <text x="{middle:.3f}" y="132" text-anchor="middle">{long}, then again</text>
 <text x="54" y="{beside:.3f}" text-anchor="end">{high}</text>
 <text x="292" y="18" text-anchor="end" fill="#1f5fa8">inclined {angle:g}°</text>
-<text x="292" y="146" text-anchor="end">{about}</text>
-</g></svg>
 """
+    + CLOSE
+)
 
 
-SILO = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 150" width="300" height="150" \
-role="img" aria-label="{words}">
-<rect width="300" height="150" fill="#fff"/>
-<pattern id="grains" width="{pitch:.3f}" height="{pitch:.3f}" patternUnits="userSpaceOnUse" \
-x="{x:.3f}" y="{y:.3f}"><circle cx="{half:.3f}" cy="{half:.3f}" r="{radius:.3f}" fill="#c8561b"/>
-</pattern>
-<rect x="{x:.3f}" y="{y:.3f}" width="{length:.3f}" height="{height:.3f}" fill="url(#grains)"/>
+SILO = (
+    BEGIN
+    + """\
 <path d="M{x:.3f} 8V118H292M{lip:.3f} {foot:.3f}H{end:.3f}V8" fill="none" stroke="#26292e" \
 stroke-width="1.5"/>
 <path d="M{x:.3f} {foot:.3f}H{lip:.3f}" fill="none" stroke="#1f5fa8" stroke-width="1.2" \
@@ -73,9 +73,9 @@ stroke-dasharray="4 3"/>
 <text x="{middle:.3f}" y="132" text-anchor="middle">{long}</text>
 <text x="54" y="{beside:.3f}" text-anchor="end">{high}</text>
 <text x="292" y="112" text-anchor="end" fill="#1f5fa8">half a slot of {slot}</text>
-<text x="292" y="146" text-anchor="end">{about}</text>
-</g></svg>
 """
+    + CLOSE
+)
 
 
 def millimetres(value: float) -> str:
