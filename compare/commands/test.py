@@ -18,6 +18,7 @@ from cases.programs import ROOT, module, program
 CPP = ROOT / "tests" / "cpp"
 BATTERY = "material_test"  # runs over every law that is registered
 PACKAGES = ["laws", "studies", "test"]
+ALONE = 20  # tests that may be tried once more: what spoils more is no accident
 
 
 def arguments(parser):
@@ -120,16 +121,39 @@ def law_tests(law: str, reports: Path) -> int:
 
 
 def pytest(options, reports: Path) -> int:
-    command = module("pytest", "-q", ROOT / "tests" / "py")
-    command += [f"--junitxml={reports / 'python.xml'}"]
+    """Tests drive browsers, clusters and engines on a machine that others use: what failed beside
+    others is tried once more alone, and said where it passes then.
+    """
+    words = ["--numprocesses", str(cores.usable())]
     # tests of a file share what takes long to make
-    command += ["--numprocesses", str(cores.usable()), "--dist", "loadfile"]
+    words += ["--dist", "loadfile", str(ROOT / "tests" / "py")]
     if options.only:
-        command += ["-k", options.only]
+        words += ["-k", options.only]
     if not options.slow:
-        command += ["-m", "not slow"]
-    code = subprocess.run(command, cwd=ROOT).returncode
+        words += ["-m", "not slow"]
+    code = call_pytest(words, reports / "python.xml")
+    failed = failures(reports / "python.xml") if code == 1 else []
+    if 0 < len(failed) <= ALONE:
+        print(f"grainpair test: once more and alone: {len(failed)} that failed", flush=True)
+        code = call_pytest(failed, reports / "again.xml")
+        still = failures(reports / "again.xml")
+        for name in failed:
+            print(f"grainpair test: {name} failed, and alone {'too' if name in still else 'not'}")
     return 0 if code == 5 else code  # 5: no test has such a name
+
+
+def call_pytest(words: list[str], report: Path) -> int:
+    command = module("pytest", "-q", f"--junitxml={report}", *words)
+    return subprocess.run(command, cwd=ROOT).returncode
+
+
+def failures(report: Path) -> list[str]:
+    """Tests that failed, as pytest takes them."""
+    return [
+        f"{case.get('classname', '').replace('.', '/')}.py::{case.get('name')}"
+        for case in ElementTree.parse(report).getroot().iter("testcase")
+        if case.find("failure") is not None or case.find("error") is not None
+    ]
 
 
 def count(reports) -> str:

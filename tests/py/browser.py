@@ -20,7 +20,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from urllib.request import urlopen
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
@@ -252,23 +253,23 @@ class Browser:
 
     def blank(self) -> Page:
         """An empty page, the only one."""
-        before = self._targets()
+        made = json.loads(self._ask("new?about:blank", "PUT"))
         if self.page:
-            made = self.page.call("Target.createTarget", url="about:blank")["targetId"]
-        else:
-            made = before[0]["id"]
-        chosen = next(entry for entry in self._targets() if entry["id"] == made)
-        page = Page(chosen["webSocketDebuggerUrl"])
-        page.call("Page.bringToFront")
-        for entry in before:
-            if entry["id"] != made:
-                page.call("Target.closeTarget", targetId=entry["id"])
-        self.page = page
-        return page
+            self.page.close()
+        self.page = Page(made["webSocketDebuggerUrl"])
+        self.page.call("Page.bringToFront")
+        for entry in json.loads(self._ask("list")):
+            if entry["type"] == "page" and entry["id"] != made["id"]:
+                try:
+                    self._ask(f"close/{entry['id']}")
+                except HTTPError:  # it was still listed, but is gone
+                    pass
+        return self.page
 
-    def _targets(self) -> list[dict]:
-        listed = urlopen(f"http://127.0.0.1:{self.port}/json", timeout=PATIENCE).read()
-        return [entry for entry in json.loads(listed) if entry["type"] == "page"]
+    def _ask(self, what: str, method: str = "GET") -> bytes:
+        """The browser's own answer, which no page has to be open for. Raises OSError."""
+        asked = Request(f"http://127.0.0.1:{self.port}/json/{what}", method=method)
+        return urlopen(asked, timeout=PATIENCE).read()
 
 
 @contextmanager

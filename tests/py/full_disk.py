@@ -88,7 +88,8 @@ def forked(main: Callable[[], int]) -> Done:
         try:
             os.dup2(theirs, 2)
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-            os.closerange(ours, theirs + 1)
+            for handle in (ours, theirs):  # which need not be neighbours
+                os.close(handle)
             # pytest's own are others
             sys.stdout, sys.stderr = (open(handle, "w", closefd=False) for handle in (1, 2))
             code = main()

@@ -57,7 +57,7 @@ class Place:
 
     def left(self) -> list[str]:
         """Files of work that is not done: locks, scratch folders, configurations."""
-        ours = list(self.folder.rglob("*"))
+        ours = seen(self.folder, "**/*")
         signs = ("scratch-", ".lock", "jobs-", ".work", ".part")
         named = [path for path in ours if path.name == "lock" or any(s in path.name for s in signs)]
         # Open MPI makes a folder of a socket there

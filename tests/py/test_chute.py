@@ -21,6 +21,7 @@ from compare.chute.published import at
 from compare.maps.profiles import Profile
 from dem_reference import base, content
 from dem_reference.run import main as run_grains
+from watched import seen
 
 CASE = "cases/chute_ci"
 
@@ -246,7 +247,7 @@ def test_a_chute_that_is_killed_goes_on_bit_for_bit(grains, tmp_path):
     command = module("dem_reference.run", CASE, "-o", str(path), *sets, *store)
     process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL, start_new_session=True)
     kept = path.with_name("dem.h5.unfinished")
-    while process.poll() is None and len(list(kept.glob("checkpoint-*.h5"))) < 2:
+    while process.poll() is None and len(seen(kept, "checkpoint-*.h5")) < 2:
         time.sleep(0.01)
     killed = process.poll() is None
     os.killpg(process.pid, signal.SIGKILL)

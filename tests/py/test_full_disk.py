@@ -20,6 +20,7 @@ from foreign_block import write
 from full_disk import Disk, Done, forked, started
 from synthetic import write_pair
 from test_writers import DONE, POINT, contents, file_size
+from watched import seen
 
 from cases import files, openpmd, room
 from cases.errors import CaseError, EngineError, exit_code
@@ -250,7 +251,7 @@ def test_what_a_killed_process_leaves_can_be_read_to_its_last_frame(tmp_path, pa
     (tmp_path / "r.h5").write_bytes(EARLIER)
     engine = subprocess.Popen(command, cwd=ROOT, start_new_session=True)
     places = {"mpm_run": "r.h5.part", "run": ".r.h5.scratch-*/files/r.h5"}
-    while not (left := list(tmp_path.glob(places[name]))) or left[0].stat().st_size < 600_000:
+    while not (left := seen(tmp_path, places[name])) or left[0].stat().st_size < 600_000:
         assert engine.poll() is None
         time.sleep(0.01)
     os.killpg(engine.pid, signal.SIGKILL)  # and its engine with it

@@ -18,6 +18,7 @@ from bits import bits
 from cases.programs import PYTHON, ROOT
 from cases.scratch import take
 from killed import GENTLE, PATIENCE, SIGNALS, Place, kill, run
+from watched import seen
 
 CI = ROOT / "cases" / "column_ci"
 SHORT = "time.maximum=0.25"  # of an ensemble and a study that take seconds
@@ -159,7 +160,7 @@ def test_what_a_driver_leaves_behind_would_be_seen(tmp_path, packings, of_ensemb
 def test_a_folder_in_use_is_refused_and_that_of_a_dead_process_is_not(tmp_path, packings):
     place = ensemble(tmp_path / "e", packings)
     first = place.start()
-    while not (locks := list(place.runs.glob("ensembles/*/*/lock"))):
+    while not (locks := seen(place.runs, "ensembles/*/*/lock")):
         assert first.poll() is None
         time.sleep(0.05)
     second = place.start()

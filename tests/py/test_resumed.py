@@ -14,6 +14,7 @@ import pytest
 
 from cases.programs import ROOT, program
 from bits import differences
+from watched import seen
 
 CI = ROOT / "cases" / "column_ci"
 OFTEN = "output.checkpoint_interval=0.02"
@@ -59,9 +60,9 @@ def kill_at_checkpoint(result: Path, number: int, *more) -> None:
     """
     for _ in range(10):
         with subprocess.Popen(command(result, *more, OFTEN), stderr=subprocess.DEVNULL) as one:
-            seen: set[str] = set()
-            while one.poll() is None and len(seen) < number:
-                seen |= {path.name for path in unfinished(result).glob("checkpoint-*")}
+            kept: set[str] = set()
+            while one.poll() is None and len(kept) < number:
+                kept |= {path.name for path in seen(unfinished(result), "checkpoint-*")}
             one.kill()
         if one.returncode == -signal.SIGKILL and checkpoints(result):
             return

@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 import pytest
 
+import watched
 from bits import bits
 from cases.errors import EngineError
 from cases.h5_output import H5Output
@@ -95,7 +96,7 @@ def folder(path: Path) -> Path:
 
 def checkpoints(path: Path) -> list[Path]:
     """From the oldest to the newest."""
-    return sorted(folder(path).glob("checkpoint-*.h5"), key=lambda one: int(one.stem[11:]))
+    return sorted(watched.seen(folder(path), "checkpoint-*.h5"), key=lambda one: int(one.stem[11:]))
 
 
 def contents(path: Path) -> dict[str, bytes]:
@@ -316,7 +317,7 @@ def test_a_packing_goes_on_with_the_attempts_it_has(tmp_path):
     process = subprocess.Popen(
         [*command(tmp_path / "dem.h5", store, *sets), "--quiet"], cwd=ROOT, start_new_session=True
     )
-    while not list(store.glob("*.unfinished/0")):
+    while not watched.seen(store, "*.unfinished/0"):
         assert process.poll() is None
         time.sleep(0.005)
     process.kill()
