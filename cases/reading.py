@@ -65,6 +65,8 @@ def attributes(thing: h5py.HLObject) -> dict:
 
 
 def plain(value):
+    """An attribute as Python's own, which is told without the name of its type."""
+    value = value.item() if isinstance(value, np.generic) else value
     return value.decode() if isinstance(value, bytes) else value
 
 

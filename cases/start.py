@@ -26,10 +26,24 @@ def clean(environment) -> None:
             environment[name] = os.path.abspath(environment[name])
 
 
+asked: list[int] = []  # signals that this process has heard
+
+
 def leave(number, _frame):
     """Ends this process by way of what clears up; what is asked again meanwhile is not heard."""
     signal.signal(number, signal.SIG_IGN)
+    asked.append(number)
     sys.exit(128 + number)
+
+
+def interrupt(number, _frame):
+    asked.append(number)
+    raise KeyboardInterrupt
+
+
+def interrupted():
+    print(f"{name}: interrupted", file=sys.stderr)
+    sys.exit(128 + signal.SIGINT)
 
 
 if __name__ == "__main__":
@@ -41,9 +55,11 @@ if __name__ == "__main__":
     if sys.argv[1] == "--parent":
         die_with(int(sys.argv[2]))
         del sys.argv[1:3]
-    for asked in (signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(asked) == signal.SIG_DFL:  # nohup has one of them ignored
-            signal.signal(asked, leave)
+    for one in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(one) == signal.SIG_DFL:  # nohup has one of them ignored
+            signal.signal(one, leave)
+    if signal.getsignal(signal.SIGINT) == signal.default_int_handler:
+        signal.signal(signal.SIGINT, interrupt)
 
     if not os.access(os.environ.get("HOME", ""), os.W_OK):  # where matplotlib keeps its fonts' list
         os.environ.setdefault("MPLCONFIGDIR", str(user_cache() / "grainpair" / "matplotlib"))
@@ -52,5 +68,10 @@ if __name__ == "__main__":
     try:
         runpy.run_module(name, run_name="__main__", alter_sys=True)
     except KeyboardInterrupt:
-        print(f"{name}: interrupted", file=sys.stderr)
-        sys.exit(130)
+        interrupted()
+    except Exception:  # h5py makes an ImportError of whatever ends its import
+        if not asked:
+            raise
+        if asked[0] == signal.SIGINT:
+            interrupted()
+        sys.exit(128 + asked[0])

@@ -102,6 +102,7 @@ def run_engine(
 def _child(parent: int, pipe: Connection, work: Callable, arguments: tuple, screen: Path) -> None:
     children.die_with(parent)
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # as whoever is interrupted, not as who fails
+    os.environ["HOME"] = home()
     handle = os.open(screen, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(handle, 1)  # MPI's and the engine's own words
     os.dup2(handle, 2)
@@ -124,6 +125,12 @@ def _child(parent: int, pipe: Connection, work: Callable, arguments: tuple, scre
     pipe.close()
     sys.stdout.flush()
     os._exit(0)  # without MPI's farewell
+
+
+def home() -> str:
+    """The variable HOME as it is, or made up: Open MPI 5 does not start without."""
+    found = os.path.expanduser("~")
+    return found if os.path.isabs(found) else "/"
 
 
 def refuse_full_disk(folder: Path) -> None:

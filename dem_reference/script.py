@@ -28,7 +28,7 @@ from .contacts import Snapshot
 from .grains import Grains
 from .moment import PLAIN_COLUMNS, ROLLING_COLUMNS, fluctuation_energy
 from .output import Result
-from .process import Report, last_error, refuse_full_disk, stopped
+from .process import Report, home, last_error, refuse_full_disk, stopped
 
 PROGRAM = "liggghts"
 ATOMS = "id type x y z vx vy vz fx fy fz omegax omegay omegaz tqx tqy tqz"
@@ -129,7 +129,8 @@ def run_script(log: Path, ranks: int, plan: Plan, report: Report) -> None:
     screen = work / "screen"
     with screen.open("w") as out:
         words = [*command(ranks), "-in", "collapse.in", "-log", log.name]
-        engine = children.start(words, cwd=work, stdout=out, stderr=out)
+        around = os.environ | {"HOME": home()}
+        engine = children.start(words, cwd=work, env=around, stdout=out, stderr=out)
         try:
             while engine.poll() is None:
                 report(len(list(work.glob("atoms.*.bin"))) * plan.frame / plan.last, "collapse")

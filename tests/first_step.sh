@@ -19,7 +19,8 @@ git clone -q --bare "$here" "$root/srv/grainpair.git"
 inside() {
   # shellcheck disable=SC2016  # of the inner shell
   unshare -m --propagation private bash -c 'root=$1; shift
-    mount -t proc proc "$root/proc"; mount --rbind /dev "$root/dev"; mount -t tmpfs tmp "$root/tmp"
+    mount -t proc proc "$root/proc"; mount --rbind /dev "$root/dev"
+    mount --rbind /sys "$root/sys"; mount -t tmpfs tmp "$root/tmp"
     exec env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 chroot "$root" "$@"' \
     inside "$root" "$@"
 }

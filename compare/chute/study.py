@@ -76,16 +76,19 @@ def plan(scene: case.Case, only: str = "") -> list[Task]:
         # times are told in sqrt(H/g): frames stay as far apart, and a layer takes the longer the
         # deeper it is
         sets = [f"geometry.inclination={angle}"]
-        sets += [f"time.maximum={LONGER * scene['time.maximum']!r}"]
+        sets += [f"time.maximum={float(LONGER * scene['time.maximum'])!r}"]
         if abs(depth - layer) > 0.01:
             interval = scene["time.frame_interval"] * (layer / depth) ** 0.5
-            sets += [f"geometry.height={depth * d!r}", f"time.frame_interval={interval:.6g}"]
+            sets += [f"geometry.height={float(depth * d)!r}", f"time.frame_interval={interval:.6g}"]
         out.append(Task(Recipe("dem", tuple(sets)), "", angle, depth))
     for law, card in LAWS.items():
         for angle in ANGLES:
             sets = [f"geometry.inclination={angle}", f"material.law={law}"]
             sets += [f"material.card={card}"] if card else ["material.card="]
-            sets += [f"time.maximum={SHORTER * scene['time.maximum']!r}", "time.frame_interval=2.0"]
+            sets += [
+                f"time.maximum={float(SHORTER * scene['time.maximum'])!r}",
+                "time.frame_interval=2.0",
+            ]
             out.append(Task(Recipe("mpm", tuple(sets)), law, angle, layer))
     return [task for task in out if only in ("", task.recipe.engine)]
 

@@ -6,6 +6,7 @@ difference is numerical. --scatter gives the scale: plane strain again, from poi
 1e-10 of their spacing.
 """
 
+import math
 import sys
 from pathlib import Path
 
@@ -53,10 +54,10 @@ def run(options) -> int:
     refuse_chute(scene, "dimensions are compared")
     if options.table:
         check_rows(options.table)
-    sets = [*options.overrides, f"geometry.thickness={scene['mpm.cell_size']!r}"]
+    sets = [*options.overrides, f"geometry.thickness={float(scene['mpm.cell_size'])!r}"]
     # The step's limit falls as 1/√(dimensions) where stiffness sets it; there the scaled fraction
     # gives the slab the steps of plane strain.
-    equal = f"mpm.time_step_fraction={scene['mpm.time_step_fraction'] * np.sqrt(1.5)!r}"
+    equal = f"mpm.time_step_fraction={float(scene['mpm.time_step_fraction'] * math.sqrt(1.5))!r}"
     plans: list[tuple[str, int, list[str]]] = [
         ("plane strain", 1, []),
         ("slab", 1, ["geometry.dimension=three_dimensional"]),

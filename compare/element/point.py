@@ -59,9 +59,9 @@ class PointModel:
         text = [
             f"case = {json.dumps(str(BASE))}",
             f"every = {every}",
-            f"set = {json.dumps([*self.settings, f'initial.void_ratio={void_ratio!r}'])}",
+            f"set = {json.dumps([*self.settings, f'initial.void_ratio={float(void_ratio)!r}'])}",
             "[start]",
-            f"void_ratio = {void_ratio!r}",
+            f"void_ratio = {float(void_ratio)!r}",
             f"pressure = {float(pressure)!r}",
             f"granular_temperature = {float(temperature)!r}",
         ]
@@ -94,7 +94,7 @@ class PointModel:
             1 / nu - 1,
             self._start(nu),
             QUIET,
-            f'path = "simple_shear"\nrate = {rate!r}\nstrain = 12.0\nsteps = 4000',
+            f'path = "simple_shear"\nrate = {float(rate)!r}\nstrain = 12.0\nsteps = 4000',
             every=4000,
         )
         shear = abs(end["sigma_q_xy"][-1] + end["sigma_c_xy"][-1])
@@ -108,7 +108,8 @@ class PointModel:
 
     def _reversed(self, nu: float, rate: float, strain, span: float) -> dict:
         legs = [
-            f'path = "simple_shear"\nrate = {rate!r}\nstrain = {sense * span!r}\nsteps = 20000'
+            f'path = "simple_shear"\nrate = {float(rate)!r}\n'
+            f"strain = {float(sense * span)!r}\nsteps = 20000"
             for sense in (1, -1)
         ]
         history = self.drive(1 / nu - 1, self._start(nu), QUIET, *legs, every=5)
@@ -144,7 +145,7 @@ class PointModel:
             return 0.0
         legs, step = [], 1e-7  # steps that grow as the cooling slows down
         for _ in range(12):
-            legs.append(f'path = "rest"\nduration = {400 * step!r}\nsteps = 400')
+            legs.append(f'path = "rest"\nduration = {float(400 * step)!r}\nsteps = 400')
             step *= 3
         history = self.drive(1 / nu - 1, 0.0, T0, *legs, every=10)
         # 1/sqrt(T) is straight in time: interpolate that
@@ -160,8 +161,9 @@ class PointModel:
             float(void_ratio),
             float(lateral),
             QUIET,
-            f'path = "triaxial"\nrate = {rate!r}\nstrain = {start}\nsteps = 2000',
-            f'path = "triaxial"\nrate = {rate!r}\nstrain = {end - start!r}\nsteps = 4000',
+            f'path = "triaxial"\nrate = {float(rate)!r}\nstrain = {start}\nsteps = 2000',
+            f'path = "triaxial"\nrate = {float(rate)!r}\n'
+            f"strain = {float(end - start)!r}\nsteps = 4000",
             every=20,
         )
         stress = {

@@ -223,7 +223,7 @@ def steady_shear(
     stiff as those of the case that the engine of the grains computes.
     """
     softness = scene["dem.young_modulus"] or scene["grains.young_modulus"]
-    sets = [f"mpm.young_modulus={softness!r}", *words]
+    sets = [f"mpm.young_modulus={float(softness)!r}", *words]
     with temporary() as folder:
         given, out = folder / "conditions.h5", folder / "answers.h5"
         case = folder / "case.toml"

@@ -65,7 +65,7 @@ def show_contacts(side: dict, view):
     wires = pv.ExtractSurface(registrationName=f"{side['name']} lines", Input=ends)
     thick = pv.Calculator(registrationName=f"{side['name']} thickness", Input=wires)
     thick.ResultArrayName = "tube_radius"
-    thick.Function = f"force_magnitude*{side['grain'] / 3.0 / side['force']!r}"
+    thick.Function = f"force_magnitude*{float(side['grain'] / 3.0 / side['force'])!r}"
     tubes = pv.Tube(registrationName=f"{side['name']} tubes", Input=thick)
     tubes.Scalars = ["POINTS", "tube_radius"]
     tubes.VaryRadius = "By Absolute Scalar"

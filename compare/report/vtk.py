@@ -70,7 +70,7 @@ class Series:
 
     def add(self, mesh: meshio.Mesh, step: int, time: float):
         mesh.write(self.work / self.name / f"{step}.vtu")
-        told = {"timestep": repr(time), "part": "0", "file": f"{self.name}/{step}.vtu"}
+        told = {"timestep": repr(float(time)), "part": "0", "file": f"{self.name}/{step}.vtu"}
         ElementTree.SubElement(self.collection, "DataSet", told)
         self.count += 1
 

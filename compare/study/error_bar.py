@@ -31,7 +31,7 @@ def make(scene: Path, task: dict) -> dict:
     """
     recipe = Recipe.of(task["recipe"])
     sets = siblings.overrides(load(scene, recipe.sets))
-    fine_cells = [f"mpm.cell_size={task['fine']!r}"]
+    fine_cells = [f"mpm.cell_size={float(task['fine'])!r}"]
     asked: dict[str, list[str]] = sets | {"main": [], "fine": fine_cells}
     with temporary() as folder:
         files = {name: folder / f"{name}.h5" for name in asked}

@@ -56,7 +56,7 @@ def measure(options, folder: Path) -> dict[tuple[str, str], list[float]]:
     runs: dict[str, tuple] = {
         "never": (None, None, [f"{key}=0"]),
         "usual": (None, None, []),
-        "often": (None, None, [f"{key}={options.often!r}"]),
+        "often": (None, None, [f"{key}={float(options.often)!r}"]),
     }
     if options.before:
         runs["before"] = (*map(Path, options.before), [])

@@ -46,7 +46,7 @@ def stiffnesses(law: str) -> dict[str | float, list[str]]:
         {"as given": [AS_GIVEN]}
         | ({"rigid": [AS_GIVEN, "mpm.viscous_stiffness=0"]} if rigid else {})
         | {
-            weight: ["mpm.stiffness=needed", f"mpm.weight_to_stiffness={weight!r}"]
+            weight: ["mpm.stiffness=needed", f"mpm.weight_to_stiffness={float(weight)!r}"]
             for weight in WEIGHTS
         }
     )
@@ -55,7 +55,7 @@ def stiffnesses(law: str) -> dict[str | float, list[str]]:
 def one(scene: Path, law: str, asked: str | float, cells: int, seed: int, folder: Path) -> dict:
     """A run of a law, its figures, its steps and what it cost."""
     size = load(scene)["geometry.height"] / cells
-    sets = [f"material.law={law.split(',')[0]}", *LAWS[law], f"mpm.cell_size={size!r}"]
+    sets = [f"material.law={law.split(',')[0]}", *LAWS[law], f"mpm.cell_size={float(size)!r}"]
     sets += [f"mpm.jitter={DISPLACED}", "time.maximum=6", "time.frame_interval=1"]
     sets += stiffnesses(law)[asked]
     words = [word for assignment in sets for word in ("--set", assignment)]

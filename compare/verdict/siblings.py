@@ -44,7 +44,7 @@ def overrides(case: Case) -> dict[str, list[str]]:
     if case["geometry.dimension"] == "three_dimensional":  # front and back are faces of the grid
         thickness = case["geometry.thickness"]
         size = thickness / max(1, round(thickness / size))
-    coarse = [f"mpm.cell_size={size!r}"]
+    coarse = [f"mpm.cell_size={float(size)!r}"]
     if case["initial.state"] == "packing":  # every cell of the packing needs a point
         coarse.append(f"mpm.points_per_cell={min(10, ceil(COARSER * case['mpm.points_per_cell']))}")
     slow = [f"mpm.{name}={min(1e9, SLOWER * case[f'mpm.{name}'])!r}" for name in TIMES]

@@ -68,7 +68,7 @@ def root(file: h5py.File) -> Iterator[str]:
         if not isinstance(value, bytes) or not value.isascii():
             yield f"/@{name}: no ASCII text"
         elif not re.fullmatch(form, value.decode(), re.ASCII):
-            yield f"/@{name}: {value!r} is not of the form {form}"
+            yield f"/@{name}: {bytes(value)!r} is not of the form {form}"
     if type(file.attrs.get("openPMDextension")) is not np.uint32:
         yield "/@openPMDextension: no uint32"
 

@@ -171,7 +171,8 @@ def test_memory_that_runs_out_all_the_same_is_one_line(tmp_path, name):
         resource.setrlimit(resource.RLIMIT_AS, (400_000_000, 400_000_000))
 
     words = ["--set", "mpm.cell_size=1e-4", "-o", str(tmp_path / "mpm.h5")]
-    words += ["--set", "geometry.height=0.2"]
+    # one frame, or the result would not find room either
+    words += ["--set", "geometry.height=0.2", "--set", "time.frame_interval=100"]
     done = subprocess.run(
         [str(program(name)), CASE, *words],
         capture_output=True,

@@ -344,6 +344,7 @@ def test_jobs_of_an_ensemble_are_told_no_text(text, tmp_path):
 @few
 def test_jobs_of_a_cluster_are_told_no_text(text, tmp_path):
     """Here Snakemake writes shell scripts."""
+    pytest.importorskip("snakemake")
     scene = scene_in(tmp_path / name(text), EVERYTHING)
     words = ["--seeds", 1, "--quiet", "--set", THIN, "--profile", profile(tmp_path)]
     done = started(*module("dem_reference.ensemble", scene, *words, "--table", tmp_path / "t.csv"))

@@ -45,12 +45,9 @@ def cb_geo(path, status=None):
 
 def karamelo(path):
     """DumpParticle::write: the step is always 0, id and tag are the same."""
-    rows = [
-        " ".join(
-            map(repr, [*(k, 1, k), *PLACE[k].tolist(), *SPEED[k].tolist(), *s, VOLUME[k], MASS[k]])
-        )
-        for k, s in enumerate(STRESS[:, [0, 1, 2, 3, 5, 4]].tolist())
-    ]
+    columns = [PLACE, SPEED, STRESS[:, [0, 1, 2, 3, 5, 4]], VOLUME, MASS]
+    numbers = enumerate(np.column_stack(columns).tolist())
+    rows = [" ".join(map(repr, [k, 1, k, *row])) for k, row in numbers]
     path.write_text(
         f"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n{COUNT}\n"
         "ITEM: BOX BOUNDS sm sm sm\n0 1\n0 1\n0 1\n"

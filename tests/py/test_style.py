@@ -118,6 +118,20 @@ def test_no_line_is_wider_than_the_page():
     assert not wide, "\n".join(wide)
 
 
+def test_numbers_that_programs_read_are_written_as_pythons_own():
+    """NumPy 2 tells its own by their types: `x={np.float64(1)!r}` is x=np.float64(1.0)."""
+    bare = re.compile(r"= ?\{(?!float\()[^{}]*!r\}")
+    assert bare.search('f"x={y!r}"') and not bare.search('f"x={float(y)!r}"')
+    found = [
+        f"{path.relative_to(ROOT)}:{number}"
+        for folder in ("cases", "compare", "dem_reference")
+        for path in sorted((ROOT / folder).rglob("*.py"))
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if bare.search(line) and "Error(" not in line
+    ]
+    assert not found
+
+
 def test_no_file_is_long():
     lengths = {str(file.relative_to(ROOT)): len(file.read_text().splitlines()) for file in SOURCES}
     assert {name: length for name, length in lengths.items() if length > FILE} == {}

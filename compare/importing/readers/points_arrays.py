@@ -2,6 +2,7 @@
 that need pickle are never loaded.
 """
 
+import warnings
 import zipfile
 import zlib
 from collections.abc import Iterator
@@ -25,7 +26,12 @@ def frames(path: Path, options: dict) -> Iterator[Frame]:
     """The one frame of a file; its step is the last number in the file's name."""
     arrays = {}
     try:
-        with open(path, "rb") as raw, np.load(raw, allow_pickle=False) as file:
+        with (
+            warnings.catch_warnings(),
+            open(path, "rb") as raw,
+            np.load(raw, allow_pickle=False) as file,
+        ):
+            warnings.simplefilter("error")  # of entries over one another
             for name in file.files:
                 try:
                     arrays[name] = file[name]
@@ -39,6 +45,7 @@ def frames(path: Path, options: dict) -> Iterator[Frame]:
         MemoryError,  # of a length that is only said
         NotImplementedError,
         RuntimeError,
+        UserWarning,
         zipfile.BadZipFile,
         zlib.error,
     ) as error:
