@@ -78,7 +78,6 @@ def make(
     said as `progress` lines; returns the file of each. `sets` are the assignments that `case` was
     loaded with.
     """
-    refuse_chute(case, "an ensemble is tabulated by figures")
     folder = content.ensemble_folder(case, ranks)
     path = case.path.parent if case.path.name == "case.toml" else case.path
     files = {str(seed): folder / f"{seed}.h5" for seed in seeds}
@@ -157,6 +156,7 @@ def main() -> int:
                 f"{command_line.MOST_SEED})"
             )
         case = load(options.case, options.set)
+        refuse_chute(case, "an ensemble is tabulated by figures")
         folder = case.path.parent if case.path.name == "case.toml" else case.path.with_suffix("")
         table = options.table or folder / "reference" / f"{options.name}.csv"
         if not options.dry_run:

@@ -1,7 +1,6 @@
 """The comparison of a chute: profiles of both sides, figures, what is published, and a page."""
 
 import json
-import sys
 from pathlib import Path
 
 import pandas as pd
@@ -15,6 +14,18 @@ from compare.chute.words import WORDS
 from compare.study import page
 
 CLOSED = 0.01  # of a balance of momentum, over the stress at the base
+# Figures that say what a flow is, so that a difference between two sides means something; the
+# others say how good a side is.
+STATE = (
+    "solid_fraction",
+    "temperature_ratio",
+    "inertial_number",
+    "stress_ratio",
+    "mean_velocity",
+    "bagnold",
+    "depth",
+)
+ENDS = {"maximum": "at time.maximum", "rest": "at rest"}
 
 
 def compare(folder: Path, mpm: list[Path], dem: list[Path], words=(), tell=None) -> dict:
@@ -30,7 +41,7 @@ def compare(folder: Path, mpm: list[Path], dem: list[Path], words=(), tell=None)
     continuum, grains = found[: len(mpm)], found[len(mpm) :]
     metrics = metrics_of(continuum, grains)
     write_atomically(folder / "metrics.json", json.dumps(metrics, indent=1) + "\n")
-    origin = provenance.about(provenance.typed("./grainpair", sys.argv[1:]))
+    origin = provenance.about("; ".join(made_by(side) for side in found))
     write_table(
         folder / "profiles.csv",
         provenance.head(origin, "SI units; y from the top of the base, averaged over time"),
@@ -55,6 +66,19 @@ def compare(folder: Path, mpm: list[Path], dem: list[Path], words=(), tell=None)
     return metrics
 
 
+def made_by(side: Side) -> str:
+    """The command that made a side, as a user of any folder could give it: the program and the
+    result by their names alone.
+    """
+    words = str(side.run.attributes.get("command", "")).split()
+    if not words:
+        return side.path.name
+    if "-o" in words[:-1]:
+        place = words.index("-o") + 1
+        words[place] = Path(words[place]).name
+    return " ".join([Path(words[0]).name, *words[1:]])
+
+
 def refuse_unlike(found: list[Side]):
     first = found[0].run
     for side in found[1:]:
@@ -77,7 +101,7 @@ def metrics_of(continuum: list[Side], grains: list[Side]) -> dict:
         out[name] = {
             "mpm": number(a),
             "dem": number(b),
-            "relative_difference": a / b - 1.0 if known else None,
+            "relative_difference": a / b - 1.0 if known and name in STATE else None,
             "unit": unit,
             "doc": doc,
         }
@@ -99,9 +123,14 @@ def metrics_of(continuum: list[Side], grains: list[Side]) -> dict:
 
 
 def verdict(mpm: Side, dem: Side) -> str:
+    """What both sides come to, and how fast the continuum flows beside the grains."""
     if mpm.flow.state != dem.flow.state:
         return f"differ: the continuum {said(mpm.flow.state)}, the grains {said(dem.flow.state)}"
-    return f"both {said(mpm.flow.state, many=True)}"
+    both = f"both {said(mpm.flow.state, many=True)}"
+    slow, fast = (side.flow.figures["mean_velocity"] for side in (mpm, dem))
+    if mpm.flow.state == "stopped" or not fast > 0.0:
+        return both
+    return f"{both}, the continuum at {slow / fast:.2f} of the grains' mean velocity"
 
 
 def said(state: str, many: bool = False) -> str:
@@ -181,13 +210,18 @@ def sentences(metrics: dict) -> list[str]:
             for x, who in ((mpm, "the continuum"), (dem, "the grains"))
         )
         out.append(f"{doc[0].upper() + doc[1:]}{'' if unit == '-' else f' [{unit}]'}: {told}.")
+    out.append(
+        "In the last panel: how far the stress at each height is from what it carries, over that "
+        f"at the base; grey is {100 * CLOSED:g} %."
+    )
     return [*out, *(one["sentence"] for one in metrics["findings"]["list"])]
 
 
 def states(found: list[Side]) -> list[str]:
     return [
-        f"{side.flow.name}: {said(side.flow.state)} in the second half of the run, which is "
-        f"averaged; it ended by {side.run.attributes.get('end_reason', 'unknown')}."
+        f"{charts.WORDS[side.run.engine].capitalize()} ({side.flow.name}): what is averaged, the "
+        f"second half of the run, {said(side.flow.state)}; the run ended "
+        f"{ENDS.get(side.run.attributes.get('end_reason', ''), 'as nobody knows')}."
         for side in found
     ]
 

@@ -31,16 +31,10 @@ def of(path: Path, words: tuple[str, ...] = ()) -> Side:
     """Averages the second half of the run; `words` go to grain_map. Raises CaseError where the file
     is not one of a chute.
     """
-    run = open_run(path)
+    run = open_chute(path)
     geometry = run.case["geometry"]
-    if not is_chute(geometry):
-        raise CaseError(f"{path}: no chute (a collapse has no steady flow)")
-    if len(run.time) < 3:
-        raise CaseError(f"{path}: {len(run.time)} frames (a mean over time takes three or more)")
     velocity = np.array([mean_velocity(cloud) for cloud in run.clouds])
-    start, end = len(velocity) // 2, len(velocity)
-    middle = (start + end) // 2
-    halves = float(velocity[start:middle].mean()), float(velocity[middle:end].mean())
+    start, halves = second_half(velocity)
     one = source.read(path)
     with temporary() as folder:
         span = ["--span", repr(float(run.time[start])), repr(float(run.time[-1]))]
@@ -62,6 +56,25 @@ def of(path: Path, words: tuple[str, ...] = ()) -> Side:
     if run.attributes.get("end_reason") == "rest":  # whatever it did before
         flow = replace(flow, state="stopped")
     return Side(path, run, velocity, flow)
+
+
+def open_chute(path: Path) -> Run:
+    """Raises CaseError where the file is not one of a chute, or has no second half."""
+    run = open_run(path)
+    if not is_chute(run.case["geometry"]):
+        raise CaseError(f"{path}: no chute (a collapse has no steady flow)")
+    if len(run.time) < 3:
+        raise CaseError(f"{path}: {len(run.time)} frames (a mean over time takes three or more)")
+    return run
+
+
+def second_half(velocity: np.ndarray) -> tuple[int, tuple[float, float]]:
+    """Of the mean velocities (n,) of a run's frames: the first frame of what is averaged, and the
+    mean of either half of that [m/s].
+    """
+    start, end = len(velocity) // 2, len(velocity)
+    middle = (start + end) // 2
+    return start, (float(velocity[start:middle].mean()), float(velocity[middle:end].mean()))
 
 
 def mean_velocity(cloud) -> float:

@@ -2,8 +2,9 @@
 theirs.
 
 No collapse is computed with a law: the mapped fields of two packings or more give the conditions
-(p, γ̇) and (p, γ̇, T) of every cell, the law its friction, granular temperature, dissipation and
-void ratio there. Written to --out: judge.html, judge.csv, overall.csv and figures.
+(p, γ̇) and (p, γ̇, T) of every cell, of a chute of every height, the law its friction, granular
+temperature, dissipation and void ratio there. Written to --out: judge.html, judge.csv, overall.csv
+and figures.
 """
 
 import sys
@@ -14,7 +15,7 @@ from cases.errors import CaseError
 from cases.lookup import find_case
 from cases.programs import name_of, program
 from cases.provenance import typed
-from cases.scenes import refuse_chute
+from cases.scenes import is_chute
 from cases.stages import Stage, run_stages
 from compare.mapping.runs import open_run
 from compare.study import sweep
@@ -94,7 +95,6 @@ def run(options) -> int:
         files = []
     others = [case.load(find_case(one), options.overrides) for one in options.outcome or []]
     for other in (scene, *others):
-        refuse_chute(other, "laws are judged on the strains")
         refuse(other, options)
     if options.outcome is not None and (of_run or options.of != "grains"):
         raise CaseError(f"{options.case}: --outcome is of cases and their grains")
@@ -128,6 +128,11 @@ def run(options) -> int:
 def refuse(scene: case.Case, options):
     if options.seeds < 2 and options.of == "grains":
         raise CaseError("--seeds 1: one packing (two at least tell the spread) ask for two or more")
+    if options.outcome is not None and is_chute(scene["geometry"]):
+        raise CaseError(
+            f"{scene.path}: --outcome tells what collapses are off by, and this is a chute leave "
+            "it out, or take ./grainpair ladder"
+        )
 
 
 def check_widths(options):

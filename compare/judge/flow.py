@@ -85,13 +85,16 @@ class Cells:
 
 def sees_the_air(solid_fraction: np.ndarray, limit: float, width: float) -> np.ndarray:
     """Cells (ny, nx) nearer than `width` [cells] to a free surface: to a cell whose solid fraction
-    is below `limit`. The walls at the first row and column are none.
+    is below `limit`. The walls at the first row and column are none. A single column is a profile:
+    it has no sides.
     """
     reach = int(np.ceil(width))
     span = np.arange(-reach, reach + 1)
     near = span[:, None] ** 2 + span**2 <= width**2
     air = np.pad(solid_fraction < limit, reach, mode="edge")
-    air[-reach:, :] = air[:, -reach:] = True
+    air[-reach:, :] = True
+    if solid_fraction.shape[1] > 1:
+        air[:, -reach:] = True
     return ndimage.binary_dilation(air, near)[reach:-reach, reach:-reach]
 
 

@@ -6,8 +6,9 @@ import pandas as pd
 
 from cases import provenance
 from cases.files import write_table
+from cases.scenes import is_chute
 from compare.judge import trial as judged
-from compare.judge.charts import NAME, friction, ratio_maps, temperature
+from compare.judge.charts import NAME, depth, friction, ratio_maps, temperature
 from compare.judge.charts import outcome as outcome_chart
 from compare.judge.outcome import regression
 from compare.judge.trial import Control, Trial
@@ -49,7 +50,9 @@ def write(
     write_table(folder / "overall.csv", provenance.head(about, UNITS, *notes), table, "%.4g")
     figures = [
         friction.draw(trial, folder / "friction"),
-        ratio_maps.draw(trial, folder / "ratio_maps"),
+        depth.draw(trial, folder / "depth")
+        if is_chute(trial.scene["geometry"])
+        else ratio_maps.draw(trial, folder / "ratio_maps"),
     ]
     if any(law.held is not None for law in trial.laws):
         figures.insert(1, temperature.draw(trial, folder / "temperature"))

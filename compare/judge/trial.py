@@ -12,8 +12,9 @@ import pandas as pd
 
 from cases.case import Case
 from cases.errors import CaseError
+from cases.scenes import is_chute
 from cases.scratch import temporary
-from compare.judge import bias, density, flow
+from compare.judge import bias, density, flow, steady
 from compare.judge.flow import ZONES, Cells
 from compare.judge.laws import Answers, Candidate
 from compare.mapping.runs import map_fields, open_fields, open_run
@@ -45,13 +46,7 @@ def mapped(files: list[Path], widths: Iterable[float], tell: Tell) -> tuple[list
     with temporary() as folder:
         for i, width in enumerate(widths):
             tell(i / len(widths), f"mapping with a width of {width:g} d")
-            path = folder / f"{width}.h5"
-            map_fields(files, path, "--width", str(width), "--spacing", str(width / 1.5))
-            found = []
-            for file in files:
-                run = open_run(file)
-                run.mapped = open_fields(path, run.name)
-                found.append(flow.cells(run))
+            found = cells_of(files, width, folder / f"{width}.h5")
             cos = [one.coaxiality() for one in found]
             if not min(cos) >= COAXIAL:
                 refused.append(
@@ -64,6 +59,17 @@ def mapped(files: list[Path], widths: Iterable[float], tell: Tell) -> tuple[list
     if not runs[0]:
         raise CaseError(f"{files[0]}: {'; '.join(refused)} give wider ones with --widths")
     return runs, refused
+
+
+def cells_of(files: list[Path], width: float, path: Path) -> list[Cells]:
+    """Cells of every file, mapped with a width [d] into the file `path`."""
+    runs = [open_run(file) for file in files]
+    if is_chute(runs[0].case["geometry"]):
+        return [flow.cells(steady.profile(file, width)) for file in files]
+    map_fields(files, path, "--width", str(width), "--spacing", str(width / 1.5))
+    for run in runs:
+        run.mapped = open_fields(path, run.name)
+    return [flow.cells(run) for run in runs]
 
 
 def judge(

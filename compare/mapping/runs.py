@@ -34,7 +34,8 @@ class Grid:
 
     @property
     def spacing(self) -> float:
-        return self.x[1] - self.x[0]
+        axis = self.x if len(self.x) > 1 else self.y  # a profile has one x
+        return axis[1] - axis[0]
 
     def integral(self, field: np.ndarray) -> np.ndarray:
         """Of a field (..., ny, nx) over the cells."""

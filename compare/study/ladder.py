@@ -10,10 +10,12 @@ from cases.errors import CaseError
 from cases.programs import ROOT
 from compare.study.frontier import times_cheaper
 from compare.study.recipe import Recipe, assignment
-from compare.study.distance import cost, errors, mean
+from compare.study.distance import cost
+from compare.study.measure import COLLAPSE, Measure
 
 
 UNKNOWN = "not known"
+STEADY = "steady"
 
 
 def rungs(scene: Case) -> list[tuple[str, Recipe]]:
@@ -42,7 +44,12 @@ def recipe_of(rung: dict, timeout: float, scene: Case) -> Recipe:
 
 
 def judge(
-    point: dict, reference: dict, metric: str, tolerance: float, scene: Case
+    point: dict,
+    reference: dict,
+    metric: str,
+    tolerance: float,
+    scene: Case,
+    by: Measure = COLLAPSE,
 ) -> verdict.Verdict | None:
     """Whether a run's error from the mean of the grains lies within the tolerance, given how few
     seeds that mean is of.
@@ -55,11 +62,12 @@ def judge(
     if point["status"] != "ok":
         return None
     members = reference["members"]
-    n, whole = len(members), errors(point, reference["mean"], scene)[metric]
+    n, whole = len(members), by.errors(point, reference["mean"], scene)[metric]
     if np.isnan(whole):
         return None
     without = [
-        errors(point, mean(members[:i] + members[i + 1 :], scene), scene)[metric] for i in range(n)
+        by.errors(point, by.mean(members[:i] + members[i + 1 :], scene), scene)[metric]
+        for i in range(n)
     ]
     return verdict.distance(n * whole - (n - 1) * np.array(without), tolerance)
 
@@ -78,7 +86,7 @@ def climb(ladder, run, judged, flight: int = 4) -> tuple[list[dict], int | None]
             points += run([recipe for _, recipe in ladder[i : i + flight]])
         point = points[i]
         found = judged(point)
-        word = found.word if found else point["status"] if point["status"] != "ok" else UNKNOWN
+        word = found.word if found else unjudged(point)
         tried.append(
             {"rung": name, "recipe": recipe, "point": point, "word": word, "verdict": found}
         )
@@ -90,12 +98,24 @@ def climb(ladder, run, judged, flight: int = 4) -> tuple[list[dict], int | None]
     return tried, None
 
 
+def unjudged(point: dict) -> str:
+    """Why a point has no verdict: how its run failed, or of a flow what it does in place of being
+    steady.
+    """
+    if point["status"] != "ok":
+        return point["status"]
+    state = point.get("state", STEADY)
+    return UNKNOWN if state == STEADY else state
+
+
 def paragraph(
     tried: list[dict], stop: int | None, ladder, reference: dict, metric: str, tolerance: float
 ) -> str:
     """What was not needed, what was, and the factor saved."""
     if stop is None:
         ran = [one for one in tried if one["verdict"]]
+        if not ran:
+            return f"No rung can be held against the grains in the {metric}: none came so far."
         nearest = min(ran, key=lambda one: one["verdict"].difference)
         return (
             f"No rung agrees with the grains within {tolerance:.0%} of the {metric}; the nearest "

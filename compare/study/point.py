@@ -9,6 +9,7 @@ the recipe at all.
 import os
 import resource
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,8 +41,11 @@ def measure(scene: Path, recipe: Recipe) -> dict:
     return point
 
 
-def run(scene: Path, recipe: Recipe) -> dict:
-    """One run of the engine, as a signature or a failure."""
+def run(scene: Path, recipe: Recipe, told: Callable[[Path], dict] | None = None) -> dict:
+    """One run of the engine, as a failure or a signature: what `told` makes of the result file, of
+    a collapse if it is left out.
+    """
+    told = told or (lambda result: compact(mapped(result)))
 
     def limited():
         resource.setrlimit(resource.RLIMIT_CPU, (int(recipe.timeout) + 1, int(recipe.timeout) + 5))
@@ -52,7 +56,7 @@ def run(scene: Path, recipe: Recipe) -> dict:
         words = recipe.words(scene, result)
         done = call(words, before=limited, env=os.environ | {"OMP_NUM_THREADS": "1"})
         if done.returncode == 0:
-            return {"status": "ok"} | compact(mapped(result))
+            return {"status": "ok"} | told(result)
     spent = children() - before
     said = done.stderr.strip().splitlines()
     line = said[-1] if said else f"ended with code {done.returncode} and no word"

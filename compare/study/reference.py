@@ -11,12 +11,8 @@ from cases import case, command_line, provenance, workflow
 from cases.errors import CaseError
 from cases.files import write_atomically
 from cases.reading import UNEXPECTED
-from cases.scratch import temporary
-from compare.mapping.runs import map_fields, open_fields, open_run
-from compare.metrics import all_metrics
-from compare.study.distance import WORDS, errors, mean
-from compare.study.signature import compact, expand
-from compare.verdict.comparison import pair
+from compare.mapping.runs import open_run
+from compare.study.measure import COLLAPSE, Measure
 from dem_reference import ensemble
 from dem_reference.content import completed, differences, ensemble_folder, inputs
 
@@ -41,7 +37,7 @@ def arguments(parser):
     )
 
 
-def obtain(scene: case.Case, options) -> dict:
+def obtain(scene: case.Case, options, by: Measure = COLLAPSE) -> dict:
     """The reference that the options name.
 
     {"about", "made_of": inputs that decide grains, "members": [signature...], "mean": signature,
@@ -49,21 +45,21 @@ def obtain(scene: case.Case, options) -> dict:
     scene's.
     """
     if options.reference:
-        return read(options.reference, scene)
+        return read(options.reference, scene, by)
     if options.ensemble:
         files = runs_in(options.ensemble)
         if not files:
             raise CaseError(f"{options.ensemble}: no run <seed>.h5 in it")
-        return of_runs(files, scene)
+        return of_runs(files, scene, by)
     files = runs_in(ensemble_folder(scene))
     committed = scene.path.parent / "reference" / "grains.json"
     if not files and not options.seeds and committed.exists():
-        return read(committed, scene)
+        return read(committed, scene, by)
     if options.seeds or not files:
         where = workflow.Where(options.jobs, options.profile)
         seeds = range(1, (options.seeds or 8) + 1)
         ensemble.make(scene, [], seeds, where, quiet=options.quiet)
-    return of_runs(runs_in(ensemble_folder(scene)), scene)
+    return of_runs(runs_in(ensemble_folder(scene)), scene, by)
 
 
 def runs_in(folder: Path) -> list[Path]:
@@ -71,7 +67,7 @@ def runs_in(folder: Path) -> list[Path]:
     return sorted(folder.glob("[0-9]*.h5"), key=lambda path: int(path.stem))
 
 
-def read(path: Path, scene: case.Case) -> dict:
+def read(path: Path, scene: case.Case, by: Measure = COLLAPSE) -> dict:
     """A reference as write(…) wrote it; raises CaseError where it does not say that it is of the
     scene's grains.
     """
@@ -89,7 +85,7 @@ def read(path: Path, scene: case.Case) -> dict:
     # of the members, as they are judged now: an error may have been another figure when it was kept
     try:
         with np.errstate(invalid="raise"):
-            return found | {"scatter": scatter(found["members"], scene)}
+            return found | {"scatter": scatter(found["members"], scene, by)}
     except (*UNEXPECTED, ArithmeticError) as error:
         why = f"of its members: {type(error).__name__}, {error}"
         raise CaseError(
@@ -111,7 +107,7 @@ def refuse_others(path: Path, made_of: dict, scene: case.Case):
         )
 
 
-def of_runs(files: list[Path], scene: case.Case) -> dict:
+def of_runs(files: list[Path], scene: case.Case, by: Measure = COLLAPSE) -> dict:
     """The reference of an ensemble's files. Each member is held against the mean of the others."""
     if len(files) < 2:
         raise CaseError(
@@ -121,62 +117,50 @@ def of_runs(files: list[Path], scene: case.Case) -> dict:
     runs = [open_run(file) for file in files]
     for file, run in zip(files, runs):
         refuse_others(file, inputs(run.case), scene)
-    seeds = []
-    with temporary() as folder:
-        for number, (file, run) in enumerate(zip(files, runs)):
-            fields = folder / f"{number}.h5"
-            map_fields([file], fields)
-            run.mapped = open_fields(fields, run.name)
-            seeds.append(compact(run))
+    seeds = [by.signature(file) for file in files]
     origin = {"command": runs[0].attributes["command"], "commit": runs[0].attributes["commit"]}
     return {
         "about": provenance.about("") | origin,
         "made_of": inputs(scene),
         "members": seeds,
-        "mean": mean(seeds, scene),
-        "scatter": scatter(seeds, scene),
+        "mean": by.mean(seeds, scene),
+        "scatter": scatter(seeds, scene, by),
         "duration": float(np.mean([seed["tau"][-1] for seed in seeds])),
         "seeds": [seed["seed"] for seed in seeds],
-        "spread": spread(seeds, scene),
+        "spread": by.spread(seeds, scene),
     }
 
 
-def scatter(seeds: list[dict], scene: case.Case) -> dict[str, list[float]]:
+def scatter(seeds: list[dict], scene: case.Case, by: Measure = COLLAPSE) -> dict[str, list[float]]:
     """Errors of each seed, by name, from the mean of the others."""
     left_out = [
-        errors(seed, mean([other for other in seeds if other is not seed], scene), scene)
+        by.errors(seed, by.mean([one for one in seeds if one is not seed], scene), scene)
         for seed in seeds
     ]
     return {name: [one[name] for one in left_out] for name in left_out[0]}
 
 
-def unknown(reference: dict, name: str) -> str:
+def unknown(reference: dict, name: str, by: Measure = COLLAPSE) -> str:
     """Why an error cannot be told from a reference; "" where it can."""
     if not np.isnan(reference["scatter"][name]).all():
         return ""
+    state = reference["mean"].get("state", "steady")
+    if state != "steady":
+        return (
+            f"{by.words[name]}: not known (the grains have no steady flow: {state}) give them "
+            "another inclination or a longer time.maximum"
+        )
     return (
-        f"{WORDS[name]}: not known (these grains were kept without what it is told from) make them "
-        "again, with --seeds 8"
+        f"{by.words[name]}: not known (these grains were kept without what it is told from) make "
+        "them again, with --seeds 8"
     )
 
 
-def spread(seeds: list[dict], scene: case.Case) -> dict[str, dict]:
-    """Values of the scalar metrics over the seeds."""
-    runs = [expand(seed, scene) for seed in seeds]
-    pair([], runs)
-    names = ("run_out_95", "run_out", "run_out_99", "dissipated_energy", "kinetic_energy_peak")
-    values = {name: [float(all_metrics()[name](run)) for run in runs] for name in names}
-    return {
-        name: {"mean": float(np.mean(v)), "std": float(np.std(v, ddof=1)), "values": v}
-        for name, v in values.items()
-    }
-
-
-def write(reference: dict, path: Path):
+def write(reference: dict, path: Path, by: Measure = COLLAPSE):
     """As JSON, which has no NaN: scatters that are unknown are left out."""
     known = {
         name: values
         for name, values in reference["scatter"].items()
-        if not unknown(reference, name)
+        if not unknown(reference, name, by)
     }
     write_atomically(path, json.dumps(reference | {"scatter": known}) + "\n")

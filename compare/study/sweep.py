@@ -72,7 +72,7 @@ def sweep(
     if any(not file.exists() for file in files.values()):
         path = scene.path.parent if scene.path.name == "case.toml" else scene.path
         where = workflow.Where(options.jobs, options.profile)
-        asked = program == POINT and (where.profile or not options.quiet)
+        asked = program.endswith(".point") and (where.profile or not options.quiet)
         costs = estimates(scene, tasks, files) if asked else {}
         jobs = {
             key: Job(
@@ -129,15 +129,17 @@ def run_tasks(scene: case.Case, tasks: list[dict], options, program: str) -> lis
     return [found[name] for name in names]
 
 
-def run_recipes(scene: case.Case, recipes: list[Recipe], options) -> list[dict]:
-    """The point of each recipe, in order; see compare/study/point.py.
+def run_recipes(
+    scene: case.Case, recipes: list[Recipe], options, program: str = POINT
+) -> list[dict]:
+    """The point of each recipe, in order, as `program` makes it; see compare/study/point.py.
 
     Recipes that tell the engine the same in other words share a point, and each is given it as its
     own.
     """
-    names = [keys.key(POINT, recipe, scene) for recipe in recipes]
+    names = [keys.key(program, recipe, scene) for recipe in recipes]
     tasks = {name: recipe.as_json() for name, recipe in zip(names, recipes)}
-    points = sweep(scene, tasks, options)
+    points = sweep(scene, tasks, options, program)
     return [
         points[name] | {"key": name, "recipe": recipe.as_json()}
         for name, recipe in zip(names, recipes)

@@ -2,9 +2,11 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import time
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -16,9 +18,14 @@ from cases.errors import CaseError
 from cases.programs import ROOT, module
 from cases.scenes import gravity_of, is_chute
 from compare.__main__ import main as grainpair
-from compare.chute import flow, sides
+from compare.chute import flow, report, sides
 from compare.chute.published import at
+from compare.chute.signature import STEADY_FLOW
+from compare.judge import steady
+from compare.judge.flow import cells
 from compare.maps.profiles import Profile
+from compare.study import ladder
+from compare.study.recipe import Recipe
 from dem_reference import base, content
 from dem_reference.run import main as run_grains
 from watched import seen
@@ -256,3 +263,109 @@ def test_a_chute_that_is_killed_goes_on_bit_for_bit(grains, tmp_path):
     assert subprocess.run(command, cwd=ROOT, check=False).returncode == 0
     told = ("@case", "@case_resolved")  # that tells how often it was kept
     assert [place for place in differences(path, grains) if place not in told] == []
+
+
+def test_a_report_names_its_commands_without_folders(tmp_path):
+    """And differences only of what a flow is; how much a balance is off by is none."""
+    run = SimpleNamespace(attributes={"command": "/a/b/mpm_run x.toml --seed 1 -o /c/d/mpm.h5"})
+    side = sides.Side(tmp_path / "mpm.h5", run, np.zeros(3), measured(bagnold_profile()))
+    assert report.made_by(side) == "mpm_run x.toml --seed 1 -o mpm.h5"
+    assert report.verdict(side, side).endswith("the continuum at 1.00 of the grains' mean velocity")
+    found = signature(0.5)
+    assert set(report.STATE) < set(found["figures"])
+
+
+def signature(fast: float = 1.0, state: str = "steady", nu: float = NU) -> dict:
+    """Of a flow with Bagnold's profile, `fast` times as fast as another, and as hot."""
+    one = measured(bagnold_profile())
+    there = one.columns["solid_fraction"] > 0.0
+    figures = one.figures | {"mean_velocity": fast * one.figures["mean_velocity"]}
+    figures["solid_fraction"] = nu * figures["solid_fraction"] / NU
+    return {
+        "state": state,
+        "y": (one.y[there] / D).tolist(),
+        "solid_fraction": one.columns["solid_fraction"][there].tolist(),
+        "velocity": (fast * one.columns["velocity"][there]).tolist(),
+        "temperature": (fast**2 * one.columns["temperature"][there]).tolist(),
+        "figures": figures,
+    }
+
+
+def test_errors_of_a_steady_flow_are_those_that_were_put_in():
+    reference = STEADY_FLOW.mean([signature(0.98), signature(1.02)], None)
+    found = STEADY_FLOW.errors(signature(0.7, nu=0.9 * NU), reference, None)
+    assert found["velocity"] == pytest.approx(0.3, abs=1e-3)
+    assert found["mean_velocity"] == pytest.approx(0.3, abs=1e-3)
+    assert found["solid_fraction"] == pytest.approx(0.1, abs=1e-3)
+    assert found["temperature"] == pytest.approx(1.0 - 0.7**2, abs=2e-3)
+    assert STEADY_FLOW.errors(signature(), reference, None)["velocity"] < 1e-3
+
+
+def test_a_flow_that_is_not_steady_is_held_against_nothing():
+    """Negative controls of the ladder: one that speeds up has no errors, and its rung says so; one
+    that is 30 % slow differs within 5 %.
+    """
+    members = [signature(0.98), signature(1.0), signature(1.02)]
+    grains = {"members": members, "mean": STEADY_FLOW.mean(members, None)}
+    points = [{"status": "ok"} | one for one in (signature(1.0, "speeds up"), signature(0.7))]
+    points.append({"status": "ok"} | signature(1.001))
+    rungs = [(name, Recipe("mpm")) for name in ("unsteady", "slow", "right")]
+    tried, stop = ladder.climb(
+        rungs,
+        lambda some: points[: len(some)],
+        lambda point: ladder.judge(point, grains, "velocity", 0.05, None, STEADY_FLOW),
+    )
+    assert [one["word"] for one in tried] == ["speeds up", "differ", "agree"] and stop == 2
+    assert STEADY_FLOW.mean([members[0], signature(1.0, "slows down")], None)["state"] != "steady"
+
+
+def test_a_ladder_of_a_chute_is_of_its_steady_flow(tmp_path, capsys):
+    """Two rungs against the grains that are kept: neither comes up to them within a tenth, both
+    come within all of it; what a deposit is judged by is refused, and so are grains that still
+    speed up.
+    """
+    chute = ROOT / "cases" / "chute"
+    (tmp_path / "case.toml").write_text(
+        f'extends = "{chute / "case.toml"}"\n[geometry]\nlength = 0.02\n'
+    )
+    rungs = (chute / "study.toml").read_text().split("[[ladder.rung]]")
+    (tmp_path / "study.toml").write_text("[[ladder.rung]]".join([rungs[0], rungs[2], rungs[8]]))
+    words = ["ladder", str(tmp_path), "--reference", str(chute / "reference/ladder/grains.json")]
+    words += ["--quiet", "--out", str(tmp_path / "out")]
+    assert grainpair(words) == 0
+    told = capsys.readouterr().out
+    assert "No rung agrees" in told and "velocity over the depth" in told
+    assert "differ" in (tmp_path / "out" / "ladder.csv").read_text()
+    assert grainpair([*words, "--tolerance", "60%"]) == 0
+    assert "Enough: mu(I)" in capsys.readouterr().out
+    assert grainpair([*words, "--metric", "deposit"]) == 2
+    assert "--metric deposit: no error of this kind of scene" in capsys.readouterr().err
+    assert grainpair(["ladder", "column_ci", "--metric", "velocity"]) == 2
+    assert "no error of this kind" in capsys.readouterr().err
+
+
+def test_laws_are_judged_at_every_height_of_the_grains_flow(grains, tmp_path, capsys):
+    """Of a chute there is one column of cells, with the friction of its profile; the controls are
+    told apart, and a layer that stands is refused.
+    """
+    found = cells(steady.profile(grains, 1.0))
+    flowing = found.where(found.flowing)
+    assert len(flowing) > 3 and np.all(np.diff(flowing.y) > 0.0)
+    assert flowing.coaxiality() > 0.9
+    side = sides.of(grains).flow
+    ratio = np.interp(flowing.y, side.y, side.columns["shear"] / side.columns["normal"])
+    assert flowing.friction == pytest.approx(ratio, rel=0.25)  # of another kernel, and of sigma_yy
+    for name in ("dem.h5", "dem_2.h5"):
+        shutil.copy(grains, tmp_path / name)
+    words = ["judge", str(tmp_path), "--laws", "mu_i", "drucker_prager", "--cards", "dem_mu05"]
+    words += ["--widths", "1.0", "--quiet", "--out", str(tmp_path / "out")]
+    assert grainpair(words) == 0
+    told = capsys.readouterr().out
+    assert told.count("control told apart") == 2 and "NOT" not in told
+    assert (tmp_path / "out" / "depth.png").stat().st_size > 0
+    with h5py.File(tmp_path / "dem.h5", "r+") as file:
+        file.attrs["end_reason"] = np.bytes_("rest")
+    assert grainpair(words) == 2
+    assert "the layer stands (laws are judged in a flow)" in capsys.readouterr().err
+    assert grainpair(["judge", "chute_ci", "--outcome", "--quiet"]) == 2
+    assert "--outcome tells what collapses are off by" in capsys.readouterr().err
