@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.artist import Artist
 
+from cases.case import Case
 from compare.chute import published
 from compare.chute.sides import Side, units
 from compare.study.charts import STUDY_STYLE, Picture, save
@@ -106,10 +107,12 @@ def steady(table: pd.DataFrame, path: Path) -> Picture:
             colour = COLOURS["dem"] if engine == "dem" else None
             flows = part["state"] == "steady"
             for ax, name in zip(axes, shown):
-                line = ax.plot(
+                bars = part.get(f"{name}_deviation")
+                line = ax.errorbar(
                     part["inclination"],
                     part[name],
-                    "s-" if engine == "dem" else "o-",
+                    None if bars is None else bars.fillna(0.0),
+                    fmt="s-" if engine == "dem" else "o-",
                     color=colour,
                     lw=1.0,
                     ms=5,
@@ -120,7 +123,7 @@ def steady(table: pd.DataFrame, path: Path) -> Picture:
                     part[name][~flows],
                     "s" if engine == "dem" else "o",
                     color="white",
-                    mec=line[0].get_color(),
+                    mec=line.lines[0].get_color(),
                     ms=5,
                 )
         dem = rows[rows["engine"] == "dem"].sort_values("inclination")
@@ -142,4 +145,28 @@ def steady(table: pd.DataFrame, path: Path) -> Picture:
             for handle, label in zip(*ax.get_legend_handles_labels()):
                 names.setdefault(label, handle)
         beside(axes[-1], list(names.values()), list(names))
+        return save(figure, path, {})
+
+
+def thresholds(table: pd.DataFrame, scene: Case, path: Path) -> Picture:
+    """The velocity that layers come to, from rest and from flow, over the inclination."""
+    unit = units(scene)["velocity"]
+    with plt.rc_context(STUDY_STYLE):
+        figure, ax = plt.subplots(figsize=(7.4, 3.6), layout="constrained")
+        for (engine, begins), part in table.groupby(["engine", "begins"]):
+            law = part["law"].iloc[0]
+            flowing = begins != "rest"
+            ax.plot(
+                part["inclination"],
+                part["velocity_at_end"] / unit,
+                "o-" if flowing else "s--",
+                color=COLOURS[engine],
+                mfc=COLOURS[engine] if flowing else "white",
+                lw=1.0,
+                ms=5,
+                label=f"{WORDS[engine]}{f', {law}' if law else ''}, "
+                + (f"begun at {begins}" if flowing else "from rest"),
+            )
+        ax.set(xlabel="inclination [°]", ylabel="mean $v/\\sqrt{gd}$ at the end")
+        ax.legend(frameon=False, fontsize=9)
         return save(figure, path, {})
