@@ -59,6 +59,11 @@ void check_collapse(const Values& c) {
            "geometry.inclination = {:g} without geometry.scene = \"chute\" (a collapse has a level "
            "base)",
            c.number("geometry.inclination"));
+  if (c.number("initial.velocity") > 0.0)
+    refuse(c.where("initial.velocity"),
+           "initial.velocity = {:g} without geometry.scene = \"chute\" (a column is let go from "
+           "rest)",
+           c.number("initial.velocity"));
   if (!c.has(end)) refuse(c.source, "missing key '{}' ({})", end, find_key(schema(), end)->doc);
 }
 

@@ -63,6 +63,10 @@ def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -
 
 def released(case: dict) -> str:
     """Commands at the instant of release, when all that acts is there."""
+    if velocity := case["initial"]["velocity"]:  # of a chute, at half of its height
+        top = case["geometry"]["height"]
+        ramp = f"velocity mobile ramp vx 0 {2 * velocity:.17g} y 0 {top:.17g} sum yes units box"
+        return f"{ramp}\n{RELEASE}"
     if not scene.silo(case):
         return RELEASE
     return plates.RAISE.format(case["geometry"]["fall"]) + "\n" + RELEASE

@@ -15,8 +15,8 @@ from cases.files import write_atomically
 from cases.programs import ROOT, call, kept, name_of, plain, program
 
 SCRIPTS, LEDGER = "dem_reference/scripts", "dem_reference/ledger"
-# Of geometry, walls and dem, what a packing does not feel.
-RELEASE = ("geometry.inclination", "walls.gate", "walls.gate_speed")
+# What a packing does not feel.
+RELEASE = ("geometry.inclination", "initial.velocity", "walls.gate", "walls.gate_speed")
 AUDIT = ("dem.audit_interval", "dem.lifetime_threshold")
 
 
@@ -29,6 +29,7 @@ def inputs(case: Case | dict) -> dict:
     return told(case) | {
         "geometry.axisymmetric": case["geometry"]["dimension"] == "axisymmetric",
         "initial.void_ratio": case["initial"]["void_ratio"],
+        "initial.velocity": case["initial"].get("velocity", 0.0),
     }
 
 
@@ -44,7 +45,7 @@ def told(case: Case | dict) -> dict:
 
 def completed(made_of: dict) -> dict:
     """Inputs as they were kept, with the defaults of the keys that the schema has gained since."""
-    return told(parse("")) | made_of
+    return told(parse("")) | {"initial.velocity": 0.0} | made_of
 
 
 def differences(made_of: dict, asked: dict) -> list[str]:

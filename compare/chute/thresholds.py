@@ -20,12 +20,14 @@ REST = (19.0, 20.0, 21.0, 22.0, 23.0, 23.5, 24.0)
 FLOW = (18.0, 19.0, 20.0, 20.5, 21.0, 21.5, 22.0, 23.0)
 LAW = "contact_share"  # the law that is asked too
 LAW_ANGLES = (18.0, 19.0, 20.0, 21.0, 22.0, 23.0)
-FAST = 0.3  # mean velocity that flowing layers begin with [m/s]: the grains' steady one at 24 deg
+FAST = (
+    0.3  # initial.velocity of flowing layers [m/s], the mean of the grains' steady flow at 24 deg
+)
 TIME = 60.0  # sqrt(H/g), 210 sqrt(d/g): by then a layer flows, or has come to rest
 LAST = 10  # frames whose mean velocity is that at the end
 BEGINS = {"rest": 0.0, "flow": FAST}
 UNITS = (
-    "begins: from rest, or with the mean velocity given; inclination [deg], end_time [sqrt(H/g)], "
+    "begins: from rest, or with the initial.velocity given; inclination [deg], end_time [sqrt(H/g)], "
     f"velocity_at_end [m/s], mean of {LAST} frames"
 )
 

@@ -143,6 +143,7 @@ Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& st
   const double jitter = scene.number("mpm.jitter");
   const double K0 = scene.number("initial.lateral_stress_ratio");
   const double temperature = scene.number("initial.granular_temperature");
+  const double velocity = scene.number("initial.velocity");
   std::size_t p = 0;
   for (int i = 0; i < count[0]; ++i)
     for (int j = 0; j < count[1]; ++j)
@@ -157,6 +158,7 @@ Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& st
         points.void_ratio[p] = e0;
         points.id[p] = static_cast<std::uint32_t>(p);
         const double sigma_v = rho_s * g / (1.0 + e0) * (H - points.x[p][1]);
+        points.v[p][0] = 2.0 * velocity * points.x[p][1] / H;
         points.x[p][1] += foot;
         initial[p] = {SymTensor{K0 * sigma_v, sigma_v, K0 * sigma_v, 0.0, 0.0, 0.0}, e0,
                       temperature};

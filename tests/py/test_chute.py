@@ -10,15 +10,16 @@ from types import SimpleNamespace
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 
 from bits import differences
 from cases.case import load
 from cases.errors import CaseError
-from cases.programs import ROOT, module
+from cases.programs import ROOT, module, program
 from cases.scenes import gravity_of, is_chute
 from compare.__main__ import main as grainpair
-from compare.chute import flow, report, sides
+from compare.chute import flow, report, sides, study, thresholds
 from compare.chute.published import at
 from compare.chute.signature import STEADY_FLOW
 from compare.judge import steady
@@ -151,6 +152,67 @@ def test_a_chute_is_not_driven_by_a_script(grains, capsys):
     words = [CASE, "-o", str(grains.with_name("other.h5")), "--driver", "script", "--quiet"]
     assert run_grains(words) == 2
     assert "geometry.scene: a script does not book" in capsys.readouterr().err
+
+
+def test_a_layer_that_is_begun_in_flow_has_that_velocity(tmp_path):
+    """Of either engine, growing evenly from the base; the grains' energies close with it, and a
+    column has none. Negative control: without it they begin at rest.
+    """
+    fast, found = 0.2, {}
+    for engine, words in (("mpm", [program("mpm_run")]), ("dem", module("dem_reference.run"))):
+        for velocity in (0.0, fast):
+            path = tmp_path / f"{engine}_{velocity}.h5"
+            sets = [f"initial.velocity={velocity}", "time.maximum=1.0", "time.frame_interval=0.5"]
+            told = [word for one in (*sets, "dem.audit_interval=1") for word in ("--set", one)]
+            command = [*words, CASE, "-o", path, "--quiet", *told]
+            assert subprocess.run(command, cwd=ROOT, check=False).returncode == 0
+            with h5py.File(path) as file:
+                cloud = file["data/0/particles/cloud"]
+                moves = (
+                    cloud["kind"][()] == 1 if "kind" in cloud else np.ones(len(cloud["id"]), bool)
+                )
+                v, y = cloud["velocity/x"][()][moves], cloud["position/y"][()][moves]
+                found[engine, velocity] = v
+                if velocity:
+                    top = load(CASE)["geometry.height"]
+                    line = 2 * fast * np.clip(y / top, 0.0, 1.0)
+                    assert v == pytest.approx(line, abs=0.02 * fast), engine
+                    # grains settle a little lower than the case's height
+                    assert v.mean() == pytest.approx(fast, rel=0.1), engine
+                    energy = {name: values[()] for name, values in file["energy"].items()}
+                    given = energy["driven"][-1] + energy["kinetic"][0]
+                    assert energy["kinetic"][0] > 0.0
+                    if engine == "dem":
+                        assert abs(energy["unaccounted"]).max() < 0.01 * given
+    assert all(abs(found[engine, 0.0]).max() < 0.05 * fast for engine in ("mpm", "dem"))
+    assert "(a column is let go from rest)" in refusal(
+        "initial.velocity=0.1", path="cases/column_ci"
+    )
+    keys = [content.packing_key(load(CASE, [f"initial.velocity={v}"]), 1) for v in (0, 0.1)]
+    runs = [content.ensemble_key(load(CASE, [f"initial.velocity={v}"])) for v in (0, 0.1)]
+    assert keys[0] == keys[1] and runs[0] != runs[1]
+
+
+def test_thresholds_lie_between_what_stands_and_what_flows():
+    rows = [("dem", "rest", 22.0, "stopped"), ("dem", "rest", 23.0, "steady")]
+    rows += [("dem", "0.3 m/s", 20.0, "stopped"), ("dem", "0.3 m/s", 21.0, "slows down")]
+    table = pd.DataFrame(rows, columns=["engine", "begins", "inclination", "state"])
+    assert thresholds.angles(table, "dem") == {"start": (22.0, 23.0), "stop": (20.0, 21.0)}
+    with pytest.raises(CaseError, match="no threshold among"):
+        thresholds.angles(table[table["state"] != "stopped"], "dem")
+
+
+def test_packings_are_averaged_and_the_worst_balance_kept():
+    rows = [
+        {"engine": "dem", "state": "steady"}
+        | dict.fromkeys((*study.SCATTERED, *study.WORST), value)
+        for value in (1.0, 2.0, 3.0)
+    ]
+    found = study.over_packings(rows)
+    assert found["bagnold"] == 2.0 and found["bagnold_deviation"] == 1.0
+    assert found["shear_balance"] == 3.0 and found["packings"] == 3
+    rows[1]["state"] = "speeds up"
+    assert study.over_packings(rows)["state"] == "speeds up or steady"
 
 
 D, RHO, NU, DEPTH, SLOPE = 2e-3, 2500.0, 0.55, 0.024, 26.0
