@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 
 from cases import case
-from cases.errors import CaseError
 from compare.chute import sides
 from compare.chute.flow import state_of
 from compare.chute.plan import Task, of_law, result
@@ -20,14 +19,13 @@ REST = (19.0, 20.0, 21.0, 22.0, 23.0, 23.5, 24.0)
 FLOW = (18.0, 19.0, 20.0, 20.5, 21.0, 21.5, 22.0, 23.0)
 LAW = "contact_share"  # the law that is asked too
 LAW_ANGLES = (18.0, 19.0, 20.0, 21.0, 22.0, 23.0)
-FAST = (
-    0.3  # initial.velocity of flowing layers [m/s], the mean of the grains' steady flow at 24 deg
-)
+# initial.velocity of flowing layers [m/s]: the mean of the grains' steady flow at 24 deg
+FAST = 0.3
 TIME = 60.0  # sqrt(H/g), 210 sqrt(d/g): by then a layer flows, or has come to rest
 LAST = 10  # frames whose mean velocity is that at the end
 BEGINS = {"rest": 0.0, "flow": FAST}
 UNITS = (
-    "begins: from rest, or with the initial.velocity given; inclination [deg], end_time [sqrt(H/g)], "
+    "begins: from rest, or with that initial.velocity; inclination [deg], end_time [sqrt(H/g)], "
     f"velocity_at_end [m/s], mean of {LAST} frames"
 )
 
@@ -77,16 +75,14 @@ def table(scene: case.Case) -> pd.DataFrame:
 
 def angles(found: pd.DataFrame, engine: str) -> dict[str, tuple[float, float]]:
     """Between which two of the inclinations that were tried a layer of an engine starts from rest,
-    and one that flows stops: "start" and "stop", each the highest at which it stands and the
-    lowest above at which it flows. CaseError where all stand or all flow.
+    and one that flows stops: "start" and "stop", each the highest at which it stands (-inf: none)
+    and the lowest above at which it flows (inf: none).
     """
     out = {}
     for name, begins in (("start", "rest"), ("stop", f"{FAST:g} m/s")):
         rows = found[(found["engine"] == engine) & (found["begins"] == begins)]
         stands = rows["state"] == "stopped"
-        if stands.all() or not stands.any():
-            raise CaseError(f"{engine}, from {begins}: no threshold among the inclinations tried")
-        highest = float(rows["inclination"][stands].max())
+        highest = float(rows["inclination"][stands].max()) if stands.any() else float("-inf")
         above = rows["inclination"][~stands & (rows["inclination"] > highest)]
         out[name] = (highest, float(above.min()) if len(above) else float("inf"))
     return out

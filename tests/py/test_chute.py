@@ -198,8 +198,10 @@ def test_thresholds_lie_between_what_stands_and_what_flows():
     rows += [("dem", "0.3 m/s", 20.0, "stopped"), ("dem", "0.3 m/s", 21.0, "slows down")]
     table = pd.DataFrame(rows, columns=["engine", "begins", "inclination", "state"])
     assert thresholds.angles(table, "dem") == {"start": (22.0, 23.0), "stop": (20.0, 21.0)}
-    with pytest.raises(CaseError, match="no threshold among"):
-        thresholds.angles(table[table["state"] != "stopped"], "dem")
+    assert thresholds.angles(table[table["state"] != "stopped"], "dem") == {
+        "start": (-np.inf, 23.0),
+        "stop": (-np.inf, 21.0),
+    }
 
 
 def test_packings_are_averaged_and_the_worst_balance_kept():
