@@ -1,4 +1,6 @@
-"""LAMMPS as a DEM engine: the restitution it realises, and running an input."""
+"""LAMMPS as a DEM engine: the restitution and the rolling resistance it realises, and running an
+input.
+"""
 
 from math import log, pi, sqrt
 from pathlib import Path
@@ -7,6 +9,8 @@ from scipy.optimize import brentq
 
 from cases.errors import EngineError
 from cases.programs import call
+
+from .grains import Grains
 
 PROGRAM = "lmp"
 # Of LAMMPS' documentation: pair_style granular, damping tsuji.
@@ -23,6 +27,39 @@ def restitution_to_enter(restitution: float) -> float:
     """
     wanted = -sqrt(5) * log(restitution) / sqrt(log(restitution) ** 2 + pi**2)
     return brentq(lambda e: sum(c * e**i for i, c in enumerate(TSUJI)) - wanted, 0.01, 1.0)
+
+
+def deep(grains: Grains, speed: float) -> float:
+    """Overlap at the deepest of a collision at `speed` [m/s], in m:
+
+    (15 m* v^2/(16 Y* sqrt(R*)))^(2/5).
+    """
+    r, m, y = grains.radius / 2, grains.mass / 2, grains.contact_modulus
+    return (15 * m * speed**2 / (16 * y * sqrt(r))) ** 0.4
+
+
+def rolling_words(grains: Grains, speed: float) -> str:
+    """LAMMPS' `rolling sds` for the rolling resistance of grains that collide at about `speed`
+    [m/s]; none without it.
+
+    Its force k u + gamma du/dt, with du/dt = R* w x n, acts at the arm R* and is cut to mu_r |F_n|:
+    the same bound of the torque as LIGGGHTS'. Stiffness and damping are k_r/R*^2 and the dashpot's
+    coefficient over R*^2, but constants in LAMMPS, where LIGGGHTS' follow the overlap: they are
+    taken equal at `deep`. LAMMPS cuts the sum of spring and dashpot, LIGGGHTS the spring, and adds
+    no dashpot then; LAMMPS turns the spring with the contact, LIGGGHTS does not.
+    """
+    if not grains.rolls:
+        return ""
+    r, m, y = grains.radius / 2, grains.mass, grains.contact_modulus
+    root, mu = sqrt(r * deep(grains, speed)), grains.rolling_friction
+    damping = 0.0
+    if grains.rolling_model == "epsd":
+        k = 2.25 * 4 / 3 * y * root * mu**2
+        inertia = 1.4 * m * grains.radius**2 / 2
+        damping = 2 * grains.rolling_damping * sqrt(inertia * k * r**2) / r**2
+    else:
+        k = 8 * grains.contact_shear_modulus * root
+    return f" rolling sds {k:.17g} {damping:.17g} {mu:.17g}"
 
 
 def run(script: str, folder: Path) -> None:

@@ -8,7 +8,7 @@ Grains start from the same settled positions; the tangential springs, which no f
 build up again while the gate is still closed. The contact law is the same (Hertz, Mindlin, Tsuji
 damping with the same realised restitution), but for the tangential spring's rescaling with the
 overlap: trajectories differ, statistics should not. Rolling resistance is LAMMPS' `rolling sds`
-(rolling_words says what differs).
+(lammps.rolling_words says what differs).
 """
 
 import sys
@@ -47,38 +47,6 @@ LAWS = ("the same law", "gran/hertz/history")
 SETTLING = 0.5  # time with the gate closed [sqrt(H/g)]
 
 
-def deep(grains: Grains, gravity: float) -> float:
-    """Overlap at the deepest of a collision at sqrt(g d) [m]:
-
-    (15 m* v^2/(16 Y* sqrt(R*)))^(2/5).
-    """
-    r, m, y = grains.radius / 2, grains.mass / 2, grains.contact_modulus
-    return (15 * m * gravity * grains.diameter / (16 * y * sqrt(r))) ** 0.4
-
-
-def rolling_words(grains: Grains, gravity: float) -> str:
-    """LAMMPS' `rolling sds` for the rolling resistance of grains; none without it.
-
-    Its force k u + gamma du/dt, with du/dt = R* w x n, acts at the arm R* and is cut to mu_r |F_n|:
-    the same bound of the torque as LIGGGHTS'. Stiffness and damping are k_r/R*^2 and the dashpot's
-    coefficient over R*^2, but constants in LAMMPS, where LIGGGHTS' follow the overlap: they are
-    taken equal at `deep`. LAMMPS cuts the sum of spring and dashpot, LIGGGHTS the spring, and adds
-    no dashpot then; LAMMPS turns the spring with the contact, LIGGGHTS does not.
-    """
-    if not grains.rolls:
-        return ""
-    r, m, y = grains.radius / 2, grains.mass, grains.contact_modulus
-    root, mu = sqrt(r * deep(grains, gravity)), grains.rolling_friction
-    damping = 0.0
-    if grains.rolling_model == "epsd":
-        k = 2.25 * 4 / 3 * y * root * mu**2
-        inertia = 1.4 * m * grains.radius**2 / 2
-        damping = 2 * grains.rolling_damping * sqrt(inertia * k * r**2) / r**2
-    else:
-        k = 8 * grains.contact_shear_modulus * root
-    return f" rolling sds {k:.17g} {damping:.17g} {mu:.17g}"
-
-
 def contact_law(grains: Grains, gravity: float, name: str) -> dict[str, str]:
     """Words of LAMMPS for one of LAWS, between grains and at frictionless walls.
 
@@ -87,7 +55,8 @@ def contact_law(grains: Grains, gravity: float, name: str) -> dict[str, str]:
     """
     if name == LAWS[0]:
         tail = "damping tsuji"
-        rolling = rolling_words(grains, gravity)
+        speed = sqrt(gravity * grains.diameter)
+        rolling = lammps.rolling_words(grains, speed)
         at_wall = material_words(grains, grains.wall_restitution or grains.restitution)
         return {
             "pair": "granular",
@@ -96,7 +65,9 @@ def contact_law(grains: Grains, gravity: float, name: str) -> dict[str, str]:
             "wall": f"granular {at_wall} 0.0 {tail}",
         }
     r, m, y = grains.radius / 2, grains.mass / 2, grains.contact_modulus
-    gamma = grains.damping_factor * sqrt(2 * y / (sqrt(r * deep(grains, gravity)) * m))
+    gamma = grains.damping_factor * sqrt(
+        2 * y / (sqrt(r * lammps.deep(grains, sqrt(gravity * grains.diameter))) * m)
+    )
     head = f"{4 / 3 * y:.17g} {8 * grains.contact_shear_modulus:.17g} {gamma:.17g} {gamma:.17g}"
     return {
         "pair": f"gran/hertz/history {head} {grains.friction} 1",

@@ -23,6 +23,7 @@ from dem_reference.grains import Grains
 MADE = "# Command: grainpair calibrate"  # in the head of a card
 # What a card says of the grains it was fitted to; cases are held against it (cases/constants.cpp).
 FITTED_TO = ("diameter", "density", "young_modulus", "restitution", "friction")
+WHERE_THEY_HAVE_IT = ("size_spread", "rolling_friction")
 SYMBOLS = {
     "critical_void_ratio": "e_c",
     "critical_state_slope": "a_L",
@@ -78,6 +79,13 @@ def arguments(parser):
         help="folder of the element tests and their references",
     )
     parser.add_argument(
+        "--grains",
+        default="",
+        metavar="NAME",
+        help="kind of grains: folders <test>/NAME of the element tests, such as rolling (default: "
+        "those of the tests themselves)",
+    )
+    parser.add_argument(
         "--out",
         type=Path,
         default=ROOT / "cases" / "materials",
@@ -105,11 +113,11 @@ def run(options) -> int:
             f"{card_file}: is there, and was not made by calibrate (it would be lost) give another "
             "--card, or --replace"
         )
-    _, grains = calibration.evidence(options.cases)
+    _, grains = calibration.evidence(options.cases, kind=options.grains)
     start = start_of(options, grains)
-    blocks, _ = calibration.evidence(options.cases, card=start)
+    blocks, _ = calibration.evidence(options.cases, card=start, kind=options.grains)
     resampled = [
-        calibration.evidence(options.cases, calibration.resample(seed), start)[0]
+        calibration.evidence(options.cases, calibration.resample(seed), start, options.grains)[0]
         for seed in range(options.bootstrap)
     ]
     fit = calibration.fit(blocks, grains, start, resampled)
@@ -137,11 +145,13 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
     lines = [
         f"# {options.card}: calibrated on grains of d = {grains.diameter * 1e3:g} mm, "
         f"E_p = {grains.young_modulus:g} Pa, e_n = {grains.restitution:g}, "
-        f"mu = {grains.friction:g},",
+        f"mu = {grains.friction:g}"
+        + (f", rolling friction {grains.rolling_friction:g}," if grains.rolls else ","),
         f"# in the element tests {', '.join(most)} and {last} alone; no column was used.",
         f"{MADE} --law {options.law} --start {options.start} --card {options.card} "
         f"--bootstrap {options.bootstrap}"
-        + (f" --correlation {options.correlation}" if options.correlation else ""),
+        + (f" --correlation {options.correlation}" if options.correlation else "")
+        + (f" --grains {options.grains}" if options.grains else ""),
         f"# Commit: {commit()}. Start: {options.start}, whose other constants are kept.",
         f"# {fit.observations} observations, chi-square {fit.chi_square:.0f} with a model error of "
         f"{MODEL_ERROR:.0%} beside the DEM's:",
@@ -157,6 +167,11 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
         "over fits to resampled seeds.",
         "[grains]  # of the element tests",
         *(f"{name} = {getattr(grains, name):g}" for name in FITTED_TO),
+        *(
+            f"{name} = {getattr(grains, name):g}"
+            for name in WHERE_THEY_HAVE_IT
+            if getattr(grains, name)
+        ),
         "",
         "[material]",
     ]

@@ -12,7 +12,7 @@ from cases import command_line, results, workflow
 from cases.errors import CaseError, EngineError
 from cases.files import write_atomically, write_table
 from cases.members import Members
-from cases.programs import ROOT, own
+from cases.programs import ROOT, short
 from cases.lookup import find_case
 from compare.element import campaign, library, records
 from compare.element.blocks import every
@@ -125,19 +125,19 @@ def reference(case: Case, cores: int, quiet: bool) -> Rows:
     it is to be `quiet`.
     """
     if missing := campaign.missing(case):
-        if case.folder.resolve() != ROOT / "cases" / case.test:
+        if not case.folder.resolve().is_relative_to(ROOT / "cases" / case.test):
             raise CaseError(
-                f"{case.path}: {len(missing)} points are not measured (only cases/{case.test} has "
-                "a campaign) use --quick for one point"
+                f"{case.path}: {len(missing)} points are not measured (only below cases/{case.test} "
+                "is there a campaign) use --quick for one point"
             )
         jobs = campaign.jobs(case, missing)
         files = {name: job.file for name, job in jobs.items()}
         workflow.run(
             jobs,
-            own("build", "element", case.test),
+            campaign.place(case),
             workflow.Where(cores),
             Members(f"points of {case.test}", files, quiet=quiet),
             alone=True,
         )
-        campaign.gather(case, f"./grainpair element cases/{case.test}")
+        campaign.gather(case, f"./grainpair element {short(case.folder)}")
     return records.read(records.reference_file(case))

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from cases.errors import CaseError
+from cases.programs import short
 from compare.element import records
 from compare.element.blocks import Block, Choose, every
 from compare.element.case import Case
@@ -49,9 +50,10 @@ class Fit:
 
 
 def evidence(
-    cases: Path, choose: Choose = every, card: Card | None = None
+    cases: Path, choose: Choose = every, card: Card | None = None, kind: str = ""
 ) -> tuple[list[Block], Grains]:
-    """The blocks of all element tests under the folder `cases`, and the grains they share.
+    """The blocks of all element tests under the folder `cases`, those of the `kind` of grains that
+    they have a folder of, and the grains they share.
 
     Without those that the law of `card`, if one is given, cannot follow. CaseError where a test has
     no measured point, or grains of its own.
@@ -59,12 +61,12 @@ def evidence(
     blocks: list[Block] = []
     grains: set[Grains] = set()
     for test in compared_tests():
-        case = Case(cases / test.name)
+        case = Case(cases / test.name / kind)
         rows = records.measured(case)
         if not rows:
             raise CaseError(
                 f"{records.reference_file(case)}: no measured point. Run: grainpair element "
-                f"cases/{test.name}"
+                f"{short(case.folder)}"
             )
         grains.add(case.grains)
         if len(grains) > 1:

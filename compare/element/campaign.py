@@ -39,9 +39,13 @@ def name_of(case: Case, point: dict) -> str:
 
 def record_file(case: Case, point: dict) -> Path:
     """Where a point's record waits to be gathered."""
-    name = case.folder.name  # other grains of the same test wait apart
-    kept = case.test if name == case.test else f"{case.test}-{name}"
-    return own("build", "element", kept) / f"{name_of(case, point)}.json"
+    return place(case) / f"{name_of(case, point)}.json"
+
+
+def place(case: Case) -> Path:
+    """The folder in which records of a case wait; other grains of the same test wait apart."""
+    name = case.folder.name
+    return own("build", "element", case.test if name == case.test else f"{case.test}-{name}")
 
 
 def missing(case: Case) -> list[dict]:

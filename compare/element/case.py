@@ -6,7 +6,11 @@ from cases import case
 from cases.errors import CaseError
 from dem_reference.grains import Grains
 
-REAL = ("triaxial", "isotropic")  # tests of grains that may have several sizes and resist rolling
+# What grains may have in which tests: several sizes only where no data of equal grains are written.
+REAL = {
+    "size_spread": ("triaxial", "isotropic"),
+    "rolling_friction": ("triaxial", "isotropic", "shear", "cooling", "reversal"),
+}
 
 
 class Case:
@@ -21,11 +25,11 @@ class Case:
         self.path = self.read.path
         self.test = self["element.test"]
         given = self.read["grains"]
-        for key in ("size_spread", "rolling_friction"):
-            if given[key] and self.test not in REAL:
+        for key, tests in REAL.items():
+            if given[key] and self.test not in tests:
                 raise CaseError(
                     f"{self.path}: grains.{key} = {given[key]:g} contradicts element.test = "
-                    f'"{self.test}" (only {" and ".join(REAL)} know it)'
+                    f'"{self.test}" (only {" and ".join(tests)} know it)'
                 )
 
     def __getitem__(self, key: str):

@@ -47,7 +47,7 @@ neighbor {skin} bin
 reset_timestep 0
 set group all diameter {d}
 set group all density {rho}
-pair_coeff * * hertz/material {E} {e} {nu} tangential mindlin NULL 1.0 {mu} damping tsuji
+pair_coeff * * hertz/material {E} {e} {nu} tangential mindlin NULL 1.0 {mu}{rolling} damping tsuji
 """
 # What is measured in a sheared box, every `window` steps: T, xx, yy, zz and xy of the stress,
 # coordination.
@@ -122,6 +122,7 @@ def grown(grains: Grains, point: dict, side: float, diameter: float) -> dict:
         "e": lammps.restitution_to_enter(grains.restitution),
         "nu": grains.poisson_ratio,
         "mu": grains.friction,
+        "rolling": lammps.rolling_words(grains, point["shear_rate"] * grains.diameter),
         "rho": grains.density,
         "d": grains.diameter,
         "d0": diameter,
