@@ -127,8 +127,8 @@ def reference(case: Case, cores: int, quiet: bool) -> Rows:
     if missing := campaign.missing(case):
         if not case.folder.resolve().is_relative_to(ROOT / "cases" / case.test):
             raise CaseError(
-                f"{case.path}: {len(missing)} points are not measured (only below cases/{case.test} "
-                "is there a campaign) use --quick for one point"
+                f"{case.path}: {len(missing)} points are not measured (campaigns lie below "
+                f"cases/{case.test} alone) use --quick for one point"
             )
         jobs = campaign.jobs(case, missing)
         files = {name: job.file for name, job in jobs.items()}

@@ -32,7 +32,12 @@ def arguments(parser):
         help="case, whose grains are run where they are not there yet, or folder of a run",
     )
     parser.add_argument("--laws", nargs="+", metavar="LAW", help="laws (every one there is)")
-    parser.add_argument("--cards", nargs="+", metavar="CARD", help="cards (all of cases/materials)")
+    parser.add_argument(
+        "--cards",
+        nargs="+",
+        metavar="CARD",
+        help="cards (all of cases/materials that roll like the scene's grains)",
+    )
     parser.add_argument(
         "--also",
         action="append",

@@ -64,12 +64,15 @@ def candidates(
 ) -> list[Candidate]:
     """Every law with every card, then those of `also`: "LAW:CARD,key=value,…".
 
-    By default every law there is, and every card of cases/materials; a law of a shared library
-    where the scene has one, which reads no card. CaseError for a name that is none.
+    By default every law there is, and every card of cases/materials that is of grains which roll
+    like the scene's; a law of a shared library where the scene has one, which reads no card.
+    CaseError for a name that is none.
     """
     known_laws = schema()["material"]["law"]["choices"]
     ours = [law for law in known_laws if law != EXTERNAL or scene["material.law"] == EXTERNAL]
     known_cards = sorted(path.stem for path in (ROOT / "cases" / "materials").glob("*.toml"))
+    rolls = scene["grains.rolling_friction"] > 0.0
+    usual = [card for card in known_cards if of_rolling(card) == rolls] or known_cards
     for asked, known, what in ((laws, known_laws, "law"), (cards, known_cards, "card")):
         for name in asked or []:
             if name not in known:
@@ -77,7 +80,7 @@ def candidates(
     found = [
         Candidate(f"{law}, {card}", law, card)
         for law in laws or ours
-        for card in ([scene["material.card"]] if law == EXTERNAL else cards or known_cards)
+        for card in ([scene["material.card"]] if law == EXTERNAL else cards or usual)
     ]
     for text in also:
         head, *assignments = text.split(",")
@@ -91,6 +94,12 @@ def candidates(
         changed = [word.removeprefix("material.") for word in assignments]
         found.append(Candidate(", ".join([law, card, *changed]), law, card, tuple(assignments)))
     return found
+
+
+def of_rolling(card: str) -> bool:
+    """Whether a card is of grains that resist rolling."""
+    told = tomllib.loads((ROOT / "cases" / "materials" / f"{card}.toml").read_text())
+    return told.get("grains", {}).get("rolling_friction", 0.0) > 0.0
 
 
 @dataclass

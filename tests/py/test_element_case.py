@@ -22,6 +22,7 @@ from compare.element.case import Case
         "triaxial/rolling",
         "triaxial/sizes",
         "isotropic",
+        *(f"{test}/rolling" for test in ("shear", "reversal", "cooling", "isotropic")),
     ],
 )
 def test_every_shipped_case_is_valid_and_names_its_points_apart(test):
@@ -53,8 +54,8 @@ def test_every_shipped_case_is_valid_and_names_its_points_apart(test):
         ),
         (('test = "shear"', 'test = "cooling"'), "case.toml:16: unknown key 'shear."),
         (
-            ("friction = 0.5", "friction = 0.5\nrolling_friction = 0.1"),
-            'grains.rolling_friction = 0.1 contradicts element.test = "shear" (only triaxial',
+            ("friction = 0.5", "friction = 0.5\nsize_spread = 0.1"),
+            'grains.size_spread = 0.1 contradicts element.test = "shear" (only triaxial and',
         ),
     ],
 )
