@@ -18,6 +18,7 @@ from cases import case, command_line
 from cases.errors import CaseError, exit_code
 from cases.files import write_atomically
 from cases.programs import ROOT
+from compare.chute import results as of_chute
 from compare.study import frontier
 from compare.study.distance import WORDS
 from compare.study.shown import markdown, origin, per_cent, read, times
@@ -35,6 +36,13 @@ LAWS = {
 MARKS = dict.fromkeys(("agree", "within margin"), "") | {
     "differ": " **differs**",
     "outside margin": " **outside**",
+}
+OVER = "over their aspect ratio: the continuum, the grains, and laws and points that are published"
+SEEN = {  # in the figure of an experiment
+    "channel": f"Run-out and height of columns in a channel {OVER}",
+    "cylinder": f"Run-out and height of cylinders {OVER}",
+    "silo": "Discharge of a silo over the width of its slot: the continuum, the grains, and "
+    "Beverloo's law",
 }
 ERRORS = ("run_out", "deposit", "kinetic", "dissipation", "temperature")
 
@@ -262,17 +270,18 @@ def verdicts(names: list[str]) -> list[dict]:
 
 
 def experiment(name: str) -> str:
-    """Each figure of both engines for each aspect ratio, beside what is published."""
+    """Each figure of both engines for each aspect ratio, or slot, beside what is published."""
     table = read(ROOT / "cases" / name / "reference" / "experiment.csv")
-    rows = []
+    rows, place = [], table.columns[0]
     for _, row in table.iterrows():
         pairs = (("mpm", "numerical"), ("dem", "deviation"))
         ours = (f"{row[mean]:.2f} ± {row[bar]:.2f}" for mean, bar in pairs)
         least, most = row["published_least"], row["published_most"]
         known = "–" if math.isnan(least) else f"{least:.2f} to {most:.2f}"
         figure = row["figure"].replace("_", "-")
-        rows.append([f"{row['aspect_ratio']:g}", figure, *ours, row["verdict"], known])
-    head = ["a", "figure [L0]", "continuum ± numerics", "grains ± packings", "verdict", "published"]
+        rows.append([f"{row[place]:g}", figure, *ours, row["verdict"], known])
+    of = ("slot [d]", "figure") if place == "slot" else ("a", "figure [L0]")
+    head = [*of, "continuum ± numerics", "grains ± packings", "verdict", "published"]
     return markdown(head, rows)
 
 
@@ -322,7 +331,7 @@ def page() -> str:
     )
     reference = {
         name: ROOT / "cases" / name / "reference"
-        for name in ("column", "column_small", "column_ci", "column_full", "channel", "cylinder")
+        for name in ("column", "column_small", "column_ci", "column_full", *SEEN)
     }
     return environment.get_template("results.md.j2").render(
         frontiers=[frontier_of("column_small"), frontier_of("column")],
@@ -342,12 +351,13 @@ def page() -> str:
         experiments=[
             {
                 "name": name,
-                "columns": words,
+                "seen": words,
                 "origin": origin(reference[name] / "experiment.csv"),
                 "table": experiment(name),
             }
-            for name, words in (("channel", "columns in a channel"), ("cylinder", "cylinders"))
+            for name, words in SEEN.items()
         ],
+        chute=of_chute.values(),
         outcome=outcome("column_small"),
         outcome_origin=origin(reference["column_small"] / "judge" / "outcome.csv"),
         statements=statements("column_full"),
