@@ -7,7 +7,8 @@ Seeds run beside each other as far as there are cores and memory, and what was s
 again; on a cluster Snakemake hands each seed to the scheduler (`--profile cases/slurm`).
 Runs are kept in runs/ensembles/<case>/<key>, where the key is of what decides the grains
 (dem_reference/content.py): asked again, by whatever name, they are there, and of another friction
-they are others. The table goes to cases/<case>/reference/<name>.csv unless told otherwise.
+they are others. The table goes to cases/<case>/reference/<name>.csv unless told otherwise; a chute
+has none, whose flow compare/chute measures.
 """
 
 import json
@@ -25,7 +26,7 @@ from cases.jobs import Job
 from cases.members import Members
 from cases.programs import short
 from cases.provenance import about, head, typed
-from cases.scenes import refuse_chute
+from cases.scenes import is_chute
 
 from . import content, cost, packing
 from .summary import OWN, SCALARS, scalars
@@ -156,10 +157,10 @@ def main() -> int:
                 f"{command_line.MOST_SEED})"
             )
         case = load(options.case, options.set)
-        refuse_chute(case, "an ensemble is tabulated by figures")
+        tabulated = not is_chute(case["geometry"])  # by figures of collapses
         folder = case.path.parent if case.path.name == "case.toml" else case.path.with_suffix("")
         table = options.table or folder / "reference" / f"{options.name}.csv"
-        if not options.dry_run:
+        if tabulated and not options.dry_run:
             check_table(table)
         runs = make(
             case,
@@ -173,14 +174,16 @@ def main() -> int:
         )
         if options.dry_run:
             return 0
-        tabulate(case, runs, table, typed("python3 -m dem_reference.ensemble", sys.argv[1:]))
+        if tabulated:
+            tabulate(case, runs, table, typed("python3 -m dem_reference.ensemble", sys.argv[1:]))
     except CaseError as error:
         print(error, file=sys.stderr)
         return 2
     except EngineError as error:
         print(f"ensemble: {error}", file=sys.stderr)
         return 3
-    print("progress 1 done" if options.progress else scatter(table))
+    told = scatter(table) if tabulated else "\n".join(map(str, runs))
+    print("progress 1 done" if options.progress else told)
     return 0
 
 

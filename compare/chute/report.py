@@ -92,11 +92,14 @@ def refuse_unlike(found: list[Side]):
 
 
 def metrics_of(continuum: list[Side], grains: list[Side]) -> dict:
-    """metrics.json of a chute: each figure of both sides, what is published, and the verdict."""
+    """metrics.json of a chute: each figure of both sides, of the grains the mean over packings,
+    what is published, and the verdict.
+    """
     (mpm, *_), (dem, *_) = continuum, grains
     out: dict = {"scene": "chute"}
     for name, (doc, unit) in WORDS.items():
-        a, b = mpm.flow.figures[name], dem.flow.figures[name]
+        several = [side.flow.figures[name] for side in grains]
+        a, b = mpm.flow.figures[name], sum(several) / len(several)  # NaN: unknown
         known = number(a) is not None and number(b) is not None and b != 0.0
         out[name] = {
             "mpm": number(a),
@@ -105,8 +108,7 @@ def metrics_of(continuum: list[Side], grains: list[Side]) -> dict:
             "unit": unit,
             "doc": doc,
         }
-        several = [number(side.flow.figures[name]) for side in grains]
-        if len(grains) > 1 and None not in several:
+        if len(grains) > 1 and number(b) is not None:
             out[name]["dem_std"] = float(pd.Series(several).std())
     inclination = dem.run.case["geometry"]["inclination"]
     inertial = dem.flow.figures["inertial_number"]
@@ -127,7 +129,7 @@ def verdict(mpm: Side, dem: Side) -> str:
     if mpm.flow.state != dem.flow.state:
         return f"differ: the continuum {said(mpm.flow.state)}, the grains {said(dem.flow.state)}"
     both = f"both {said(mpm.flow.state, many=True)}"
-    slow, fast = (side.flow.figures["mean_velocity"] for side in (mpm, dem))
+    slow, fast = mpm.flow.figures["mean_velocity"], dem.flow.figures["mean_velocity"]
     if mpm.flow.state == "stopped" or not fast > 0.0:
         return both
     return f"{both}, the continuum at {slow / fast:.2f} of the grains' mean velocity"
@@ -232,12 +234,15 @@ def figures_table(metrics: dict) -> pd.DataFrame:
             "figure": doc,
             "mpm": metrics[name]["mpm"],
             "dem": metrics[name]["dem"],
+            "packings": metrics[name].get("dem_std"),
             "difference": metrics[name]["relative_difference"],
             "unit": unit,
         }
         for name, (doc, unit) in WORDS.items()
     ]
-    return pd.DataFrame(rows).astype({"mpm": float, "dem": float, "difference": float})
+    return pd.DataFrame(rows).astype(
+        {"mpm": float, "dem": float, "packings": float, "difference": float}
+    )
 
 
 def facts_table(metrics: dict) -> pd.DataFrame:

@@ -17,11 +17,12 @@ WORDS = {
 
 def lines(metrics: dict) -> list[str]:
     """The figures of both sides, for a terminal."""
-    out = [f"{'':<52}{'MPM':>12}{'DEM':>12}{'MPM/DEM - 1':>14}"]
+    out = [f"{'':<52}{'MPM':>12}{'DEM':>20}{'MPM/DEM - 1':>14}"]
     for name, (doc, unit) in WORDS.items():
         one = metrics[name]
         shown = ["-" if one[k] is None else f"{one[k]:.4g}" for k in ("mpm", "dem")]
+        shown[1] += f" ± {one['dem_std']:.1g}" if "dem_std" in one else ""
         off = one["relative_difference"]
         share = "-" if off is None else f"{100 * off:+.1f} %"
-        out.append(f"{doc + ' [' + unit + ']':<52}{shown[0]:>12}{shown[1]:>12}{share:>14}")
+        out.append(f"{doc + ' [' + unit + ']':<52}{shown[0]:>12}{shown[1]:>20}{share:>14}")
     return out

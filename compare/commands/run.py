@@ -121,7 +121,7 @@ def run(options) -> int:
     case.tell_contradictions(scene)
     if is_chute(scene["geometry"]):
         options.no_siblings = True  # they tell what collapses are off by
-        refuse_of_chute(scene, options, names)
+        refuse_of_chute(scene, names)
     takes = estimate(scene, options.seeds, not options.no_siblings)
     if options.dry_run:
         print(table(takes))
@@ -163,16 +163,11 @@ def figures(metrics: dict) -> list[str]:
     return [verdict(metrics), *stiffness(metrics)]
 
 
-def refuse_of_chute(scene: case.Case, options, names: list[str]):
+def refuse_of_chute(scene: case.Case, names: list[str]):
     """What is asked of collapses alone."""
     if names:
         raise CaseError(
             f"--require: {names[0]} is a figure of collapses ({scene.path} is a chute) leave it out"
-        )
-    if options.seeds > 1:
-        raise CaseError(
-            f"--seeds: an ensemble is tabulated by the figures of collapses ({scene.path} is a "
-            "chute) run it with one --seed after the other"
         )
 
 

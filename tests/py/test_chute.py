@@ -294,11 +294,12 @@ def test_published_facts_are_those_of_the_angle():
 
 def test_one_command_from_case_to_page(tmp_path, capsys):
     out = tmp_path / "run"
-    words = ["run", CASE, "--out", str(out), "--quiet", "--set", "time.maximum=12"]
+    words = ["run", CASE, "--out", str(out), "--quiet", "--set", "time.maximum=12", "--seeds", "2"]
     assert grainpair(words) == 0
     told = capsys.readouterr().out
     metrics = json.loads((out / "metrics.json").read_text())
-    assert "verdict:" in told and metrics["scene"] == "chute"
+    assert "verdict:" in told and metrics["scene"] == "chute" and "2 packings" in told
+    assert metrics["solid_fraction"]["dem_std"] > 0.0
     for name in ("report.html", "profiles.csv", "figures/profiles.svg", "figures/start.png"):
         assert (out / name).stat().st_size > 0, name
     assert "run-out" not in (out / "report.html").read_text().lower()
