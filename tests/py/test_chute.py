@@ -395,7 +395,7 @@ def test_a_ladder_of_a_chute_is_of_its_steady_flow(tmp_path, capsys):
     )
     rungs = (chute / "study.toml").read_text().split("[[ladder.rung]]")
     (tmp_path / "study.toml").write_text("[[ladder.rung]]".join([rungs[0], rungs[2], rungs[8]]))
-    words = ["ladder", str(tmp_path), "--reference", str(chute / "reference/ladder/grains.json")]
+    words = ["ladder", str(tmp_path), "--reference", str(chute / "reference/grains.json")]
     words += ["--quiet", "--out", str(tmp_path / "out")]
     assert grainpair(words) == 0
     told = capsys.readouterr().out
