@@ -13,7 +13,7 @@ from dem_reference.content import ensemble_key
 
 ANGLES = (24.0, 26.0, 28.0)
 DEPTHS = (8.0, 12.0, 18.0)  # of grains at the case's inclination [d]
-SEEDS = 3  # packings of the grains, of the case's depth
+SEEDS = 3  # packings of the grains, at the case's inclination and depth
 LAWS = {  # with the card that its constants are taken from
     "drucker_prager": "dem_mu05",
     "mu_i": "",
@@ -34,10 +34,13 @@ class Task:
 
 
 def steady(scene: case.Case, only: str = "", seeds: int = SEEDS) -> list[Task]:
-    """Grains of every angle, `seeds` packings of each, and depth; and each law at every angle."""
+    """Grains of every angle and depth, those of the case itself of `seeds` packings; and each law
+    at every angle.
+    """
     d, own = scene["grains.diameter"], scene["geometry.inclination"]
     layer = scene["geometry.height"] / d
-    places = [(angle, layer, seed) for angle in ANGLES for seed in range(1, seeds + 1)]
+    places = [(angle, layer, 1) for angle in ANGLES]
+    places += [(own, layer, seed) for seed in range(2, seeds + 1)]
     places += [(own, depth, 1) for depth in DEPTHS if abs(depth - layer) > 0.01]
     out = []
     for angle, depth, seed in places:

@@ -129,7 +129,7 @@ def main() -> int:
         type=command_line.several,
         default=plan.SEEDS,
         metavar="N",
-        help="packings of the grains of the case's depth (%(default)s)",
+        help="packings of the grains at the case's inclination and depth (%(default)s)",
     )
     parser.add_argument(
         "--start", action="store_true", help="where a layer begins to flow, and where it stops"
