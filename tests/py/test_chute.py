@@ -10,23 +10,19 @@ from types import SimpleNamespace
 
 import h5py
 import numpy as np
-import pandas as pd
 import pytest
 
+from bagnold import DEPTH, D, NU, SLOPE, bagnold_profile, measured
 from bits import differences
 from cases.case import load
 from cases.errors import CaseError
 from cases.programs import ROOT, module, program
 from cases.scenes import gravity_of, is_chute
 from compare.__main__ import main as grainpair
-from compare.chute import flow, report, sides, study, thresholds
+from compare.chute import flow, report, sides
 from compare.chute.published import at
-from compare.chute.signature import STEADY_FLOW
 from compare.judge import steady
 from compare.judge.flow import cells
-from compare.maps.profiles import Profile
-from compare.study import ladder
-from compare.study.recipe import Recipe
 from dem_reference import base, content
 from dem_reference.run import main as run_grains
 from watched import seen
@@ -193,65 +189,6 @@ def test_a_layer_that_is_begun_in_flow_has_that_velocity(tmp_path):
     assert keys[0] == keys[1] and runs[0] != runs[1]
 
 
-def test_thresholds_lie_between_what_stands_and_what_flows():
-    rows = [("dem", "rest", 22.0, "stopped"), ("dem", "rest", 23.0, "steady")]
-    rows += [("dem", "0.3 m/s", 20.0, "stopped"), ("dem", "0.3 m/s", 21.0, "slows down")]
-    table = pd.DataFrame(rows, columns=["engine", "begins", "inclination", "state"])
-    assert thresholds.angles(table, "dem") == {"start": (22.0, 23.0), "stop": (20.0, 21.0)}
-    assert thresholds.angles(table[table["state"] != "stopped"], "dem") == {
-        "start": (-np.inf, 23.0),
-        "stop": (-np.inf, 21.0),
-    }
-
-
-def test_packings_are_averaged_and_the_worst_balance_kept():
-    rows = [
-        {"engine": "dem", "state": "steady"}
-        | dict.fromkeys((*study.SCATTERED, *study.WORST), value)
-        for value in (1.0, 2.0, 3.0)
-    ]
-    found = study.over_packings(rows)
-    assert found["bagnold"] == 2.0 and found["bagnold_deviation"] == 1.0
-    assert found["shear_balance"] == 3.0 and found["packings"] == 3
-    rows[1]["state"] = "speeds up"
-    assert study.over_packings(rows)["state"] == "speeds up or steady"
-
-
-D, RHO, NU, DEPTH, SLOPE = 2e-3, 2500.0, 0.55, 0.024, 26.0
-
-
-def bagnold_profile(power: float = 1.5, off: float = 1.0) -> Profile:
-    """A layer of constant density with that profile; off: factor of its shear stress."""
-    y = np.arange(-0.004, 0.03, 2.5e-4) + 1.25e-4
-    there = (y > 0) & (y < DEPTH)
-    nu = np.where(there, NU, 0.0)
-    left = np.clip(DEPTH - y, 0.0, DEPTH)
-    v = np.where(there, 20.0 * (DEPTH**power - left**power) * DEPTH ** (1.5 - power), 0.0)
-    g, angle = 9.81, np.radians(SLOPE)
-    stress = np.zeros((len(y), 3, 3))
-    base_pressure = RHO * NU * g * left * (y > 0)
-    stress[:, 1, 1] = base_pressure * np.cos(angle)
-    stress[:, 0, 1] = stress[:, 1, 0] = -off * base_pressure * np.sin(angle)
-    rate = np.gradient(v, y)
-    velocity = np.column_stack([v, 0 * v, 0 * v])
-    fields = {
-        "density": RHO * nu,
-        "solid_fraction": nu,
-        "velocity": velocity,
-        "momentum": RHO * nu[:, None] * velocity,
-        "granular_temperature": 0.4 * (rate * D) ** 2,
-        "contact_stress": stress,
-        "kinetic_stress": 0 * stress,
-    }
-    return Profile(y, fields, 2.25 * D, D, (False, False))
-
-
-def measured(profile: Profile, halves=(1.0, 1.0)) -> flow.Flow:
-    g, angle = 9.81, np.radians(SLOPE)
-    scale = {"diameter": D, "density": RHO, "height": DEPTH, "area": 1.0, "mass": RHO * NU * DEPTH}
-    return flow.measure("x", profile, halves, (g * np.sin(angle), g * np.cos(angle)), scale)
-
-
 def test_a_known_profile_is_measured():
     found = measured(bagnold_profile()).figures
     assert found["depth"] == pytest.approx(DEPTH / D, rel=1e-3)
@@ -336,77 +273,7 @@ def test_a_report_names_its_commands_without_folders(tmp_path):
     side = sides.Side(tmp_path / "mpm.h5", run, np.zeros(3), measured(bagnold_profile()))
     assert report.made_by(side) == "mpm_run x.toml --seed 1 -o mpm.h5"
     assert report.verdict(side, side).endswith("the continuum at 1.00 of the grains' mean velocity")
-    found = signature(0.5)
-    assert set(report.STATE) < set(found["figures"])
-
-
-def signature(fast: float = 1.0, state: str = "steady", nu: float = NU) -> dict:
-    """Of a flow with Bagnold's profile, `fast` times as fast as another, and as hot."""
-    one = measured(bagnold_profile())
-    there = one.columns["solid_fraction"] > 0.0
-    figures = one.figures | {"mean_velocity": fast * one.figures["mean_velocity"]}
-    figures["solid_fraction"] = nu * figures["solid_fraction"] / NU
-    return {
-        "state": state,
-        "y": (one.y[there] / D).tolist(),
-        "solid_fraction": one.columns["solid_fraction"][there].tolist(),
-        "velocity": (fast * one.columns["velocity"][there]).tolist(),
-        "temperature": (fast**2 * one.columns["temperature"][there]).tolist(),
-        "figures": figures,
-    }
-
-
-def test_errors_of_a_steady_flow_are_those_that_were_put_in():
-    reference = STEADY_FLOW.mean([signature(0.98), signature(1.02)], None)
-    found = STEADY_FLOW.errors(signature(0.7, nu=0.9 * NU), reference, None)
-    assert found["velocity"] == pytest.approx(0.3, abs=1e-3)
-    assert found["mean_velocity"] == pytest.approx(0.3, abs=1e-3)
-    assert found["solid_fraction"] == pytest.approx(0.1, abs=1e-3)
-    assert found["temperature"] == pytest.approx(1.0 - 0.7**2, abs=2e-3)
-    assert STEADY_FLOW.errors(signature(), reference, None)["velocity"] < 1e-3
-
-
-def test_a_flow_that_is_not_steady_is_held_against_nothing():
-    """Negative controls of the ladder: one that speeds up has no errors, and its rung says so; one
-    that is 30 % slow differs within 5 %.
-    """
-    members = [signature(0.98), signature(1.0), signature(1.02)]
-    grains = {"members": members, "mean": STEADY_FLOW.mean(members, None)}
-    points = [{"status": "ok"} | one for one in (signature(1.0, "speeds up"), signature(0.7))]
-    points.append({"status": "ok"} | signature(1.001))
-    rungs = [(name, Recipe("mpm")) for name in ("unsteady", "slow", "right")]
-    tried, stop = ladder.climb(
-        rungs,
-        lambda some: points[: len(some)],
-        lambda point: ladder.judge(point, grains, "velocity", 0.05, None, STEADY_FLOW),
-    )
-    assert [one["word"] for one in tried] == ["speeds up", "differ", "agree"] and stop == 2
-    assert STEADY_FLOW.mean([members[0], signature(1.0, "slows down")], None)["state"] != "steady"
-
-
-def test_a_ladder_of_a_chute_is_of_its_steady_flow(tmp_path, capsys):
-    """Two rungs against the grains that are kept: neither comes up to them within a tenth, both
-    come within all of it; what a deposit is judged by is refused, and so are grains that still
-    speed up.
-    """
-    chute = ROOT / "cases" / "chute"
-    (tmp_path / "case.toml").write_text(
-        f'extends = "{chute / "case.toml"}"\n[geometry]\nlength = 0.02\n'
-    )
-    rungs = (chute / "study.toml").read_text().split("[[ladder.rung]]")
-    (tmp_path / "study.toml").write_text("[[ladder.rung]]".join([rungs[0], rungs[2], rungs[8]]))
-    words = ["ladder", str(tmp_path), "--reference", str(chute / "reference/grains.json")]
-    words += ["--quiet", "--out", str(tmp_path / "out")]
-    assert grainpair(words) == 0
-    told = capsys.readouterr().out
-    assert "No rung agrees" in told and "velocity over the depth" in told
-    assert "differ" in (tmp_path / "out" / "ladder.csv").read_text()
-    assert grainpair([*words, "--tolerance", "60%"]) == 0
-    assert "Enough: mu(I)" in capsys.readouterr().out
-    assert grainpair([*words, "--metric", "deposit"]) == 2
-    assert "--metric deposit: no error of this kind of scene" in capsys.readouterr().err
-    assert grainpair(["ladder", "column_ci", "--metric", "velocity"]) == 2
-    assert "no error of this kind" in capsys.readouterr().err
+    assert set(report.STATE) < set(side.flow.figures)
 
 
 def test_laws_are_judged_at_every_height_of_the_grains_flow(grains, tmp_path, capsys):

@@ -101,14 +101,19 @@ def test_a_calibrated_card_says_its_grains_and_its_correlation_length(tmp_path):
     """The card can be used; it is silent of the grains it is of, and speaks of others."""
     blocks, grains = calibration.evidence(ROOT / "cases")
     options = types.SimpleNamespace(
-        law="solid_fluid", start="seed_table1", card="mine", bootstrap=0, correlation="jenkins"
+        law="solid_fluid",
+        start="seed_table1",
+        card="mine",
+        bootstrap=0,
+        correlation="jenkins",
+        grains="rolling",
     )
     start = calibrate.start_of(options, grains)
     assert start.correlation_length == "jenkins"
     assert start.effective_restitution == Card.read("seed_table1").effective_restitution
     error = dict.fromkeys(names(start), np.nan)
     text = calibrate.card_text(Fit(start, error, error, 1.0, 1, []), blocks, grains, options)
-    assert "--correlation jenkins" in text
+    assert "--correlation jenkins --grains rolling" in text
     (tmp_path / "mine.toml").write_text(text)
     own = full(str(tmp_path / "mine.toml"))
     assert own["material.correlation_length"] == "jenkins" and own.contradictions == ()
