@@ -18,7 +18,7 @@ from compare.study.recipe import Recipe
 REST = (19.0, 20.0, 21.0, 22.0, 23.0, 23.5, 24.0)
 FLOW = (18.0, 19.0, 20.0, 20.5, 21.0, 21.5, 22.0, 23.0)
 LAW = "contact_share"  # the law that is asked too
-LAW_ANGLES = (19.0, 20.0, 21.0, 22.0)
+LAW_ANGLES = {"rest": (19.0, 20.0, 21.0, 22.0, 23.0, 24.0), "flow": (19.0, 20.0, 21.0, 22.0, 23.0)}
 # initial.velocity of flowing layers [m/s]: the mean of the grains' steady flow at 24 deg
 FAST = 0.3
 # sqrt(H/g), for grains 210 sqrt(d/g): by then a layer flows, or has come to rest
@@ -37,8 +37,8 @@ def plan(scene: case.Case) -> list[tuple[str, Task]]:
     out = []
     for begins, angles in (("rest", REST), ("flow", FLOW)):
         out += [(begins, task(scene, "dem", angle, begins)) for angle in angles]
-    for begins in BEGINS:
-        out += [(begins, task(scene, "mpm", angle, begins)) for angle in LAW_ANGLES]
+    for begins, angles in LAW_ANGLES.items():
+        out += [(begins, task(scene, "mpm", angle, begins)) for angle in angles]
     return out
 
 
