@@ -5,6 +5,7 @@ a column. The card is written with the uncertainty of every constant, beside a t
 next to the seed's Table 1.
 """
 
+from math import isnan
 from pathlib import Path
 
 from cases import command_line
@@ -183,7 +184,7 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
         )
         lines.append(
             f"{name} = {getattr(fit.card, name):.4g}  # {SYMBOLS[name]} +- "
-            f"{fit.standard_error[name]:.2g} ({fit.bootstrap[name]:.2g}){bound}"
+            f"{fit.standard_error[name]:.2g}{over_seeds(fit, name)}{bound}"
         )
     if fit.card.law != "solid_fluid":
         lines.append(f'law = "{fit.card.law}"')
@@ -194,6 +195,11 @@ def card_text(fit: Fit, blocks: list[Block], grains: Grains, options) -> str:
         f"loose_void_ratio = {fit.card.loose_void_ratio:g}  # kept from {options.start}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def over_seeds(fit: Fit, name: str) -> str:
+    """The scatter over fits to resampled seeds in brackets; none without such fits."""
+    return "" if isnan(fit.bootstrap[name]) else f" ({fit.bootstrap[name]:.2g})"
 
 
 def table_text(fit: Fit, start: Card, options) -> str:
@@ -207,7 +213,7 @@ def table_text(fit: Fit, start: Card, options) -> str:
         lines.append(
             f"| {SYMBOLS[name]} | {name} | {getattr(start, name):.4g} | "
             f"{getattr(fit.card, name):.4g}{edge} | {fit.standard_error[name]:.2g} | "
-            f"{fit.bootstrap[name]:.2g} |"
+            f"{'–' if isnan(fit.bootstrap[name]) else format(fit.bootstrap[name], '.2g')} |"
         )
     forms = f"{start.critical_state_form} | {fit.card.critical_state_form}"
     lines.append(f"| form of G₁ | critical_state_form | {forms} | | |")
