@@ -38,9 +38,9 @@ def deep(grains: Grains, speed: float) -> float:
     return (15 * m * speed**2 / (16 * y * sqrt(r))) ** 0.4
 
 
-def rolling_words(grains: Grains, speed: float) -> str:
+def rolling_words(grains: Grains, speed: float, bound: float | None = None) -> str:
     """LAMMPS' `rolling sds` for the rolling resistance of grains that collide at about `speed`
-    [m/s]; none without it.
+    [m/s]; none without it. `bound`: in place of mu_r.
 
     Its force k u + gamma du/dt, with du/dt = R* w x n, acts at the arm R* and is cut to mu_r |F_n|:
     the same bound of the torque as LIGGGHTS'. Stiffness and damping are k_r/R*^2 and the dashpot's
@@ -59,7 +59,7 @@ def rolling_words(grains: Grains, speed: float) -> str:
         damping = 2 * grains.rolling_damping * sqrt(inertia * k * r**2) / r**2
     else:
         k = 8 * grains.contact_shear_modulus * root
-    return f" rolling sds {k:.17g} {damping:.17g} {mu:.17g}"
+    return f" rolling sds {k:.17g} {damping:.17g} {mu if bound is None else bound:.17g}"
 
 
 def run(script: str, folder: Path) -> None:

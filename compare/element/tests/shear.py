@@ -34,7 +34,7 @@ comm_modify vel yes
 box tilt large
 read_data grains.data
 pair_style granular
-pair_coeff * * hertz/material {E} {e} {nu} tangential mindlin NULL 1.0 0.0 damping tsuji
+pair_coeff * * hertz/material {E} {e} {nu} tangential mindlin NULL 1.0 0.0{free} damping tsuji
 neighbor {d} bin
 neigh_modify delay 0
 timestep {dt}
@@ -117,12 +117,16 @@ def run(grains: Grains, point: dict, folder: Path) -> Rows:
 
 def grown(grains: Grains, point: dict, side: float, diameter: float) -> dict:
     """What GROWN holds for: grains of `diameter` [m] that grow to their own in a cube of `side`."""
+    speed = point["shear_rate"] * grains.diameter
     return {
         "E": grains.young_modulus,
         "e": lammps.restitution_to_enter(grains.restitution),
         "nu": grains.poisson_ratio,
         "mu": grains.friction,
-        "rolling": lammps.rolling_words(grains, point["shear_rate"] * grains.diameter),
+        "rolling": lammps.rolling_words(grains, speed),
+        # Grown without resistance, but with the springs of it: a contact's history keeps the size
+        # that it has in the first run.
+        "free": lammps.rolling_words(grains, speed, bound=0.0),
         "rho": grains.density,
         "d": grains.diameter,
         "d0": diameter,
