@@ -35,7 +35,7 @@ def run(options) -> int:
             out / "experiment.csv",
             provenance.head(
                 origin,
-                "lengths in L0",
+                *([] if "discharge" in figures else ["lengths in L0"]),
                 *(f"{name}: {words}" for name, words in figures.items()),
             ),
             table,
