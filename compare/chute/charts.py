@@ -101,29 +101,33 @@ def steady(table: pd.DataFrame, path: Path) -> Picture:
     }
     with plt.rc_context(STUDY_STYLE):
         figure, axes = plt.subplots(1, 4, figsize=(14.0, 3.8), layout="constrained")
+        table = table.assign(law=table["law"].fillna(""))  # as a file has that of grains
         deepest = table.groupby(["engine", "law", "inclination"])["height"].transform("median")
         rows = table[table["height"] == deepest]
         for (engine, law), part in rows.groupby(["engine", "law"], dropna=False):
             colour = COLOURS["dem"] if engine == "dem" else None
-            flows = part["state"] == "steady"
+            flows = part["state"].str.contains("steady")  # some of its packings are
             for ax, name in zip(axes, shown):
-                bars = part.get(f"{name}_deviation")
-                line = ax.errorbar(
+                line = ax.plot(
                     part["inclination"],
                     part[name],
-                    None if bars is None else bars.fillna(0.0),
-                    fmt="s-" if engine == "dem" else "o-",
+                    "s-" if engine == "dem" else "o-",
                     color=colour,
                     lw=1.0,
                     ms=5,
                     label=WORDS["dem"] if engine == "dem" else law,
                 )
+                if f"{name}_deviation" in part:  # the scatter, where there are several packings
+                    known = part[part[f"{name}_deviation"].notna()]
+                    if len(known):
+                        bars = known[f"{name}_deviation"]
+                        ax.errorbar(known["inclination"], known[name], bars, fmt="none", color="k")
                 ax.plot(  # figures of what is not steady are open
                     part["inclination"][~flows],
                     part[name][~flows],
                     "s" if engine == "dem" else "o",
                     color="white",
-                    mec=line.lines[0].get_color(),
+                    mec=line[0].get_color(),
                     ms=5,
                 )
         dem = rows[rows["engine"] == "dem"].sort_values("inclination")
