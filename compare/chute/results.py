@@ -29,7 +29,7 @@ def told(row, name: str) -> str:
     if math.isnan(row[name]):
         return "–"
     deviation = row.get(f"{name}_deviation", math.nan)
-    return f"{row[name]:.3f}" + ("" if math.isnan(deviation) else f" ± {deviation:.3f}")
+    return f"{row[name]:.3f}" + ("" if math.isnan(deviation) else f" ± {deviation:.1g}")
 
 
 def steady(path: Path) -> str:
