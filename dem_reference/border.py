@@ -40,6 +40,12 @@ class SharedLiggghts(Liggghts):
         self.disturbed = True
         super().commands(text)
 
+    def ghosts(self) -> int:
+        """Number of grains that the engine shows this rank of its neighbours', or across a period,
+        each as often as it lies near.
+        """
+        return self._told("nghost", ctypes.c_int32).value
+
     def touches_at_all(self) -> bool:
         """Whether two of this rank's grains touch, as far as cells of a diameter show: then the
         engine has memory for contacts here. Where it never had a contact, it tells nonsense of that

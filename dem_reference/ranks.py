@@ -6,6 +6,7 @@ The ranks say how far they are as JSON lines on standard output, and what came o
 FILE, each in its own.
 """
 
+import importlib
 import importlib.util
 import json
 import os
@@ -69,7 +70,7 @@ def run_on_ranks(
     refuse_without_mpi()
     folder, screen = log.parent, log.with_name("errors")
     arguments = tuple(one.resolve() if isinstance(one, Path) else one for one in arguments)
-    (folder / ASKED).write_bytes(pickle.dumps((work, arguments, os.fspath(screen.resolve()))))
+    (folder / ASKED).write_bytes(pickle.dumps((called(work), arguments, os.fspath(screen.resolve()))))
     words = [*mpirun(ranks), *module("dem_reference.ranks", (folder / ASKED).resolve())]
     around = os.environ | {"HOME": home()}
     with screen.open("w") as words_of_mpi:
@@ -93,6 +94,13 @@ def run_on_ranks(
         code = engine.returncode  # of a rank that a signal ended mpirun tells as a shell does
         raise stopped(128 - code if code > 128 else code, last_error(log, screen))
     return Done(found[0][1], sum(seconds for _, _, seconds in found))
+
+
+def called(work: Callable) -> tuple[str, str]:
+    """Module and name of a function, also of one whose module was started as a program."""
+    started = sys.modules["__main__"].__spec__
+    own = work.__module__ == "__main__" and started
+    return started.name if own else work.__module__, work.__qualname__
 
 
 def hear(line: str, report: Report) -> None:
@@ -137,12 +145,13 @@ def main(file: Path) -> None:
     from .world import World
 
     world = World(MPI)
-    work, arguments, screen = pickle.loads(file.read_bytes())
+    (source, name), arguments, screen = pickle.loads(file.read_bytes())
     told = os.dup(1)
     handle = os.open(screen, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     os.dup2(handle, 1)  # MPI's and the engine's own words
     os.dup2(handle, 2)
     voice = Voice(Lines(told) if world.first else Silence())
+    work = getattr(importlib.import_module(source), name)
     outcome = outcome_of(work, (world, *arguments, voice), file.parent)
     part = file.with_name(f"part-{world.rank}")
     part.write_bytes(pickle.dumps(outcome))
