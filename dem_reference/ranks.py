@@ -22,6 +22,7 @@ from typing import Any
 from cases import children
 from cases.errors import EngineError
 from cases.programs import module, unstarted
+from cases.scratch import temporary
 
 from .process import (
     Done,
@@ -71,19 +72,19 @@ def run_on_ranks(
     folder, screen = log.parent, log.with_name("errors")
     arguments = tuple(one.resolve() if isinstance(one, Path) else one for one in arguments)
     (folder / ASKED).write_bytes(pickle.dumps((called(work), arguments, os.fspath(screen.resolve()))))
+    for old in folder.glob(OUTCOME.format("*")):
+        old.unlink()
     words = [*mpirun(ranks), *module("dem_reference.ranks", (folder / ASKED).resolve())]
-    around = os.environ | {"HOME": home()}
-    with screen.open("w") as words_of_mpi:
-        engine = children.start(
-            words, stdout=subprocess.PIPE, stderr=words_of_mpi, env=around, text=True
-        )
-    try:
-        for line in engine.stdout:
-            hear(line, report)
-        engine.wait()
-    finally:
-        children.end(engine)
-        engine.stdout.close()
+    with temporary() as for_mpi, screen.open("w") as said:  # MPI leaves what it needs if it is killed
+        around = os.environ | {"HOME": home(), "TMPDIR": str(for_mpi)}
+        engine = children.start(words, stdout=subprocess.PIPE, stderr=said, env=around, text=True)
+        try:
+            for line in engine.stdout:
+                hear(line, report)
+            engine.wait()
+        finally:
+            children.end(engine)
+            engine.stdout.close()
     found = [pickle.loads(path.read_bytes()) for path in sorted(folder.glob(OUTCOME.format("*")))]
     for kind, *rest in found:
         if kind == "failed":

@@ -178,12 +178,7 @@ class SharedColumn(Column):
         return float(self.world.sum([super().kinetic_on_floor()])[0])
 
     def rebalance(self) -> None:
-        """Moves the one cut along x to the middle grain, where that has moved away: the box, which
-        is cut in its middle, grows beyond its wall or its floor's end by as much as it takes.
-
-        A set-up evaluates forces with other velocities than the step did, so these are put back, as
-        in restart.py.
-        """
+        """Moves the one cut along x to the middle grain, where that has moved away."""
         if self.grid.x != 2 or scene.chute(self.case):
             return
         engine = self.engine
@@ -194,7 +189,18 @@ class SharedColumn(Column):
         left = count[BINS // 2 - 1] / count[-1]
         if max(left, 1 - left) < UNEVEN / 2:
             return
-        middle = edges[np.searchsorted(count, count[-1] / 2) + 1]
+        self.cut(float(edges[np.searchsorted(count, count[-1] / 2) + 1]))
+
+    def cut(self, middle: float) -> None:
+        """Moves the one cut along x to `middle` [m]: the box, which is cut in its middle, grows
+        beyond its wall or its floor's end by as much as it takes.
+
+        Grains move to other ranks by that, and their springs with them only where a restart has just
+        been written, which takes them out of the lists of neighbours. A set-up evaluates forces with
+        other velocities than the step did, so these are put back, as in restart.py.
+        """
+        engine = self.engine
+        x = engine.vectors("x")[:, 0]
         beyond = self.world.most([x.max(initial=self.bounds[1])])[0]
         low, high = self.bounds[0], float(beyond)
         half = max(middle - low, high - middle)
@@ -228,10 +234,22 @@ class SharedCollapse(Collapse):
             super().open()
 
     def frame(self) -> Snapshot | None:
-        shot = super().frame()
+        self.uneven = True  # perhaps
+        return super().frame()
+
+    def advance(self) -> None:
+        """The cut is looked at after every frame, at the first step that lists neighbours: at any
+        other one a listing more would change what the engine does. A contact that has opened keeps
+        its spring until the next listing, and takes it up again if it closes before.
+        """
+        engine, end = self.column.engine, self.step + self.plan.sample
         with self.spent.on("engine"):
-            self.column.rebalance()
-        return shot
+            while self.uneven and engine.step() < end:
+                engine.advance(1)
+                if engine.has_listed():
+                    self.column.rebalance()
+                    self.uneven = False
+        super().advance()
 
     def complete(self, shot: Snapshot | None, reason: str) -> None:
         """The processor time is that of all ranks, waiting for each other included."""
