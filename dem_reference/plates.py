@@ -37,7 +37,7 @@ def write_strip(path: Path, axis: int, position: float, ends: tuple[float, float
 
 def lifted_gate(case: dict, grains: Grains, work: Path | None) -> str:
     """Commands for a smooth gate that rises at walls.gate_speed, from y = 0 and to two diameters
-    above the column; its triangles go into the folder `work`, unless that is somebody else's care.
+    above the column; its triangles go into the folder `work`, unless somebody else puts them there.
     """
     geometry = case["geometry"]
     ends = 0.0, geometry["height"] + 2 * grains.largest
@@ -52,8 +52,9 @@ def lifted_gate(case: dict, grains: Grains, work: Path | None) -> str:
 
 def silo(case: dict, grains: Grains, work: Path | None) -> str:
     """Commands for the bottom of a silo beside its orifice, a Coulomb plate, and for its smooth
-    wall at x = L0 above it; their triangles go into the folder `work`, as of a gate. Where the bottom's lip meets
-    the seam of the period, the engine lets both corners of the mesh push, and `force_error` tells.
+    wall at x = L0 above it; their triangles go into the folder `work`, as of a gate. Where the
+    bottom's lip meets the seam of the period, the engine lets both corners of the mesh push, and
+    `force_error` tells.
     """
     geometry = case["geometry"]
     fall, length, thickness = (geometry[name] for name in ("fall", "length", "thickness"))

@@ -65,17 +65,21 @@ def run_on_ranks(
     """Calls work(world, *arguments, voice) on every rank, as process.run_engine does in its child;
     what the first rank returns, and the processor time of all [s].
 
-    `log` lies in a folder that all ranks see, for files of their own. Raises what one of them raised
-    of CaseError and EngineError, or EngineError with the engine's last words.
+    `log` lies in a folder that all ranks see, for files of their own. Raises what one of them
+    raised of CaseError and EngineError, or EngineError with the engine's last words.
     """
     refuse_without_mpi()
     folder, screen = log.parent, log.with_name("errors")
     arguments = tuple(one.resolve() if isinstance(one, Path) else one for one in arguments)
-    (folder / ASKED).write_bytes(pickle.dumps((called(work), arguments, os.fspath(screen.resolve()))))
+    (folder / ASKED).write_bytes(
+        pickle.dumps((called(work), arguments, os.fspath(screen.resolve())))
+    )
     for old in folder.glob(OUTCOME.format("*")):
         old.unlink()
     words = [*mpirun(ranks), *module("dem_reference.ranks", (folder / ASKED).resolve())]
-    with temporary() as for_mpi, screen.open("w") as said:  # MPI leaves what it needs if it is killed
+    with temporary() as for_mpi, screen.open(
+        "w"
+    ) as said:  # MPI leaves what it needs if it is killed
         around = os.environ | {"HOME": home(), "TMPDIR": str(for_mpi)}
         engine = children.start(words, stdout=subprocess.PIPE, stderr=said, env=around, text=True)
         try:
@@ -99,9 +103,8 @@ def run_on_ranks(
 
 def called(work: Callable) -> tuple[str, str]:
     """Module and name of a function, also of one whose module was started as a program."""
-    started = sys.modules["__main__"].__spec__
-    own = work.__module__ == "__main__" and started
-    return started.name if own else work.__module__, work.__qualname__
+    started = sys.modules["__main__"].__spec__ if work.__module__ == "__main__" else None
+    return started.name if started else work.__module__, work.__qualname__
 
 
 def hear(line: str, report: Report) -> None:

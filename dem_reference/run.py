@@ -111,7 +111,8 @@ def refuse(case: dict, script: bool = False) -> None:
         )
     if scene.chute(case) and script:
         raise CaseError(
-            "geometry.scene: a script does not book the work of gravity along a chute use the library"
+            "geometry.scene: a script does not book the work of gravity along a chute use the "
+            "library"
         )
     if axisymmetric and case["walls"]["gate"] == "lifted":
         raise CaseError("walls.gate: a cylindrical gate can only vanish (instantaneous only)")

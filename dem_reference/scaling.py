@@ -64,8 +64,8 @@ class Counting(World):
 
 
 def messages(world: World, case: dict, settled: Path, log: Path, _voice: Any) -> dict[str, float]:
-    """What the fullest rank holds, and what it sends, over SAMPLES from the release on; of the first
-    rank how long a row's share of one process takes [s].
+    """What the fullest rank holds, and what it sends, over SAMPLES from the release on; and how
+    long a row of the history takes [s].
     """
     counting = Counting(world.mpi)
     column = SharedColumn(case, settled, log, counting)

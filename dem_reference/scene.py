@@ -209,9 +209,7 @@ def hardness(*young_moduli: float) -> str:
     )
 
 
-def beginning(
-    case: dict, grains: Grains, start: str, *young_moduli: float, ranks: str = ""
-) -> str:
+def beginning(case: dict, grains: Grains, start: str, *young_moduli: float, ranks: str = "") -> str:
     """Units, box (from `start`: a create_box or a read_restart) and contact law; `ranks`: how many
     share the box along x, y and z, all of them along x unless told.
     """

@@ -30,7 +30,7 @@ from .world import World
 # wrong in between.
 OVERLAP, FOLLOWED = 0.4, 1.05
 UNEVEN = 1.03  # what the fuller side of a cut holds over half, from which on the cut is moved
-BINS = 4096  # along x, in which the middle grain is looked for
+BINS = 1024  # along x, in which the middle grain is looked for
 
 
 @dataclass(frozen=True)
@@ -177,27 +177,36 @@ class SharedColumn(Column):
     def kinetic_on_floor(self) -> float:
         return float(self.world.sum([super().kinetic_on_floor()])[0])
 
+    def is_uneven(self) -> bool:
+        """Whether one side of the cut along x holds more of the moving grains than it should."""
+        if self.grid.x != 2 or scene.chute(self.case):
+            return False
+        x, at = self.moving(), sum(self.ends()) / 2
+        left, right = self.world.sum([np.count_nonzero(x < at), np.count_nonzero(x >= at)])
+        return bool(max(left, right) > UNEVEN * (left + right) / 2)
+
     def rebalance(self) -> None:
         """Moves the one cut along x to the middle grain, where that has moved away."""
-        if self.grid.x != 2 or scene.chute(self.case):
-            return
-        engine = self.engine
-        low, high = engine.extent("boxxlo"), engine.extent("boxxhi")
-        x = engine.vectors("x")[engine.integers("type") == TYPES["grain"], 0]
-        edges = np.linspace(low, high, BINS + 1)
-        count = np.cumsum(self.world.sum(np.histogram(x, edges)[0]))
-        left = count[BINS // 2 - 1] / count[-1]
-        if max(left, 1 - left) < UNEVEN / 2:
-            return
-        self.cut(float(edges[np.searchsorted(count, count[-1] / 2) + 1]))
+        if self.is_uneven():
+            edges = np.linspace(*self.ends(), BINS + 1)
+            count = np.cumsum(self.world.sum(np.histogram(self.moving(), edges)[0]))
+            self.cut(float(edges[np.searchsorted(count, count[-1] / 2) + 1]))
+
+    def moving(self) -> np.ndarray:
+        """x of this rank's moving grains (n,) [m]."""
+        return self.engine.vectors("x")[self.engine.integers("type") == TYPES["grain"], 0]
+
+    def ends(self) -> tuple[float, float]:
+        """Of the box along x [m]."""
+        return self.engine.extent("boxxlo"), self.engine.extent("boxxhi")
 
     def cut(self, middle: float) -> None:
         """Moves the one cut along x to `middle` [m]: the box, which is cut in its middle, grows
         beyond its wall or its floor's end by as much as it takes.
 
-        Grains move to other ranks by that, and their springs with them only where a restart has just
-        been written, which takes them out of the lists of neighbours. A set-up evaluates forces with
-        other velocities than the step did, so these are put back, as in restart.py.
+        Grains move to other ranks by that, and their springs with them only where a restart has
+        just been written, which takes them out of the lists of neighbours. A set-up evaluates
+        forces with other velocities than the step did, so these are put back, as in restart.py.
         """
         engine = self.engine
         x = engine.vectors("x")[:, 0]
@@ -219,8 +228,10 @@ class SharedColumn(Column):
 class SharedCollapse(Collapse):
     """A collapse on all ranks, whose result the first one writes."""
 
+    column: SharedColumn
+
     def __init__(self, world: World, *about):
-        self.world = world
+        self.world, self.uneven = world, False
         super().__init__(*about)
 
     def column_of(self, log: Path, kept: State | None) -> SharedColumn:
@@ -233,14 +244,16 @@ class SharedCollapse(Collapse):
         if self.world.first:
             super().open()
 
-    def frame(self) -> Snapshot | None:
-        self.uneven = True  # perhaps
-        return super().frame()
+    def sample(self) -> bool:
+        rests = super().sample()
+        if self.step % self.plan.row == 0:
+            self.uneven = self.column.is_uneven()
+        return rests
 
     def advance(self) -> None:
-        """The cut is looked at after every frame, at the first step that lists neighbours: at any
-        other one a listing more would change what the engine does. A contact that has opened keeps
-        its spring until the next listing, and takes it up again if it closes before.
+        """A cut that is to be moved is at the first step that lists neighbours: at any other one a
+        listing more would change what the engine does. A contact that has opened keeps its spring
+        until the next listing, and takes it up again if it closes before.
         """
         engine, end = self.column.engine, self.step + self.plan.sample
         with self.spent.on("engine"):

@@ -13,8 +13,8 @@
 // of all ranks add up to those of the whole; grains and contacts are known by their ids, never by
 // their places. A contact's account and age stay with the rank that owns its grain of the lower id:
 // who hands such a grain to another rank has to hand them over as well (Lifetimes::leave, join), or
-// the contact counts as ended and begun. What a grain has taken in stays where it was booked, and is
-// summed by ids (by_id).
+// the contact counts as ended and begun. What a grain has taken in stays where it was booked, and
+// is summed by ids (by_id).
 #pragma once
 
 #include <array>

@@ -11,26 +11,32 @@ from dem_reference.grains import Grains
 from dem_reference.moment import VECTORS
 
 
+def put(whose, name: str, other) -> None:
+    """Puts something else in the place of what a class or module has, of this process."""
+    setattr(whose, name, other)
+
+
 def wandering(world, *about):
-    """A collapse in which the cut along x goes to and fro between frames: a tenth of the column."""
+    """A collapse in which the cut along x goes to and fro all the time: a tenth of the column."""
     places = cycle([0.0095, 0.0115])
-    shared.SharedColumn.rebalance = lambda column: column.cut(next(places))
+    put(shared.SharedColumn, "is_uneven", lambda column: True)
+    put(shared.SharedColumn, "rebalance", lambda column: column.cut(next(places)))
     shared.collapse(world, *about)
 
 
 def lopsided(world, *about):
     """A collapse in which nobody moves the cut to where the grains are."""
-    shared.SharedColumn.rebalance = lambda column: None
+    put(shared.SharedColumn, "rebalance", lambda column: None)
     shared.collapse(world, *about)
 
 
 def unhanded(world, *about):
-    """The first one, in which what is carried of contacts stays behind when their grains move on."""
+    """The first one, but what is carried of contacts stays behind when their grains move on."""
 
     def stays(accounts) -> None:
         accounts.leave(accounts.border.owners, world.rank)
 
-    shared.SharedAccounts.hand_over = stays
+    put(shared.SharedAccounts, "hand_over", stays)
     wandering(world, *about)
 
 
@@ -44,7 +50,7 @@ def forceless(world, *about):
             rows[:, 2 + 3 * k : 5 + 3 * k] = 0.0
         return rows
 
-    border.states = states
+    put(border, "states", states)
     shared.collapse(world, *about)
 
 
@@ -69,4 +75,3 @@ def misspelling(world, folder, _voice):
     """A command that the engine does not know."""
     grains = Grains(2e-3, 2500.0, 5e6, 0.3, 0.88, 0.5)
     border.SharedLiggghts(folder / "log", grains, world).command("no_such_word")
-

@@ -150,14 +150,9 @@ def test_four_ranks_share_grains_of_many_sizes_that_resist_rolling(tmp_path, sto
 
 
 def test_thin_slabs_are_cut_where_the_middle_grain_is_and_wide_ones_across():
-    thin, wide, chute = (
-        packing.dict_of(load(case, sets))
-        for case, sets in (
-            ("cases/column_small", []),
-            ("cases/column_small", ["geometry.thickness=0.072"]),
-            ("cases/chute_ci", []),
-        )
-    )
+    thin = packing.dict_of(load("cases/column_small"))
+    wide = packing.dict_of(load("cases/column_small", ["geometry.thickness=0.072"]))
+    chute = packing.dict_of(load("cases/chute_ci"))
     grids = [grid_of(case, Grains.of(case), 2) for case in (thin, wide)]
     assert grids == [Grid(2, 1), Grid(1, 2)]
     assert grid_of(wide, Grains.of(wide), 16) == Grid(2, 8)
