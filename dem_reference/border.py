@@ -18,6 +18,8 @@ from .moment import VECTORS, array
 from .scene import TYPES
 from .world import World
 
+SOON = 0.9  # of the time between the last two lists
+
 _c = ctypes.CDLL(None)
 _c.malloc_usable_size.argtypes, _c.malloc_usable_size.restype = [ctypes.c_void_p], ctypes.c_size_t
 
@@ -107,6 +109,7 @@ class Border:
         self.owners = np.empty(0, np.int32)  # by id: its rank, -1 where there is no such grain
         self.version = 0  # how often grains may have changed hands
         self.step, self.ago = 0, 0  # of the last look; the list's age then
+        self.period = 0  # of the last two lists that a look has seen [steps]
         self._place = np.empty(0, np.int64)  # of this rank's grains in its arrays, by id
 
     def follow(self) -> None:
@@ -114,6 +117,8 @@ class Border:
         engine = self.engine
         step, ago = engine.step(), engine.listed_ago()
         kept = ago == self.ago + step - self.step and not engine.disturbed
+        if ago != self.ago + step - self.step:
+            self.period = (step - ago) - (self.step - self.ago)
         self.step, self.ago, engine.disturbed = step, ago, False
         if kept:
             return
@@ -124,6 +129,12 @@ class Border:
         self._place = np.full(self.owners.size, -1)
         self._place[own] = np.arange(own.size)
         self.version += 1
+
+    def next_listing(self) -> int:
+        """The step at which the next list will be made at the earliest, as a rule: grains move about
+        as fast as they did.
+        """
+        return self.step - self.ago + int(SOON * self.period)
 
     def look(self) -> tuple[dict[str, np.ndarray], int, np.ndarray]:
         """This rank's grains, and behind them those of others that touch them, as of

@@ -7,6 +7,7 @@ What is rebuilt and what counts for what is told there (moment.hpp, accounts.hpp
 import ctypes
 from ctypes import POINTER, Structure, byref, c_bool, c_double, c_int32, c_int64, c_void_p
 from functools import cache
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -174,7 +175,7 @@ def library() -> ctypes.CDLL:
 
 def array(address: int | None, dtype: np.dtype | type, *shape: int) -> np.ndarray:
     """A view of memory that somebody else holds."""
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    size = prod(shape) * np.dtype(dtype).itemsize
     if not size:
         return np.empty(shape, dtype)
     memory: Any = (ctypes.c_char * size).from_address(address or 0)

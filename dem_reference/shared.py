@@ -29,7 +29,7 @@ from .world import World
 # slab, whose contacts both ranks evaluate, and where a cut along x follows the flow what lies
 # wrong in between.
 OVERLAP, FOLLOWED = 0.4, 1.05
-UNEVEN = 1.03  # what the fuller side of a cut holds over half, from which on the cut is moved
+UNEVEN = 1.05  # what the fuller side of a cut holds over half, from which on the cut is moved
 BINS = 1024  # along x, in which the middle grain is looked for
 
 
@@ -257,8 +257,10 @@ class SharedCollapse(Collapse):
         """
         engine, end = self.column.engine, self.step + self.plan.sample
         with self.spent.on("engine"):
+            if self.uneven:
+                engine.reach(min(end, max(engine.step(), self.column.border.next_listing())))
             while self.uneven and engine.step() < end:
-                engine.advance(1)
+                engine.advance(1)  # twice the work: a piece of a run begins with the forces
                 if engine.has_listed():
                     self.column.rebalance()
                     self.uneven = False

@@ -1,6 +1,7 @@
 """The ranks of a run, and what they tell each other: MPI by arrays of rows."""
 
 from collections.abc import Sequence
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -84,7 +85,7 @@ class World:
         return out
 
     def _row(self, rows: np.ndarray) -> Any:
-        size = rows.dtype.itemsize * int(np.prod(rows.shape[1:]))
+        size = rows.dtype.itemsize * prod(rows.shape[1:])
         if size not in self._rows:
             self._rows[size] = self.mpi.BYTE.Create_contiguous(size).Commit()
         return self._rows[size]
