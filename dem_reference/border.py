@@ -84,6 +84,14 @@ class SharedLiggghts(Liggghts):
         ends = np.flatnonzero(ids == 0.0)
         return found[0], int(ends[0]) if ends.size else ids.size
 
+    def seen(self) -> tuple[dict[str, np.ndarray], np.ndarray]:
+        """As of `atoms` and `contacts`, but where the engine holds them: valid until it goes on."""
+        atoms = {name: self.vectors(name) for name in VECTORS}
+        atoms |= {name: self.integers(name) for name in ("id", "type")}
+        address, count = self.held_contacts()
+        rows = array(address, np.float64, count, self.columns)
+        return atoms | ({"radius": self.scalars("radius")} if self.sized else {}), rows
+
     def _ids(self) -> np.ndarray:
         """The first ids of all rows there is memory for: a view."""
         address, size = self._block
@@ -131,8 +139,8 @@ class Border:
         self.version += 1
 
     def next_listing(self) -> int:
-        """The step at which the next list will be made at the earliest, as a rule: grains move about
-        as fast as they did.
+        """The step at which the next list will be made at the earliest, as a rule: grains move as
+        fast as they did.
         """
         return self.step - self.ago + int(SOON * self.period)
 
@@ -141,7 +149,7 @@ class Border:
         Liggghts.atoms; how many are its own; and all contacts of its own, as of Liggghts.contacts.
         """
         self.follow()
-        atoms, rows = self.engine.atoms(), self.engine.contacts()
+        atoms, rows = self.engine.seen()
         first, second = rows[:, :2].astype(np.int64).T
         to = self.owners[second]
         abroad = np.flatnonzero(to != self.world.rank)

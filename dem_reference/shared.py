@@ -29,7 +29,9 @@ from .world import World
 # slab, whose contacts both ranks evaluate, and where a cut along x follows the flow what lies
 # wrong in between.
 OVERLAP, FOLLOWED = 0.4, 1.05
-UNEVEN = 1.05  # what the fuller side of a cut holds over half, from which on the cut is moved
+# Of the moving grains of a column those on the left of the cut, which have more neighbours: with so
+# many its two sides take alike. How far from that they may be before the cut is moved.
+LEFT, UNEVEN = 0.45, 0.02
 BINS = 1024  # along x, in which the middle grain is looked for
 
 
@@ -49,8 +51,8 @@ def grid_of(case: dict, grains: Grains, ranks: int) -> Grid:
     """The cheapest of all grids.
 
     LIGGGHTS cuts its box into equal lengths, and only a chute's grains are spread evenly along x.
-    So a column is cut along x once at most, where its middle grain is (SharedColumn.rebalance), and
-    along z, where it is even, except a quarter of a cylinder.
+    So a column is cut along x once at most, in its middle (SharedColumn.rebalance), and along z,
+    where it is even, except a quarter of a cylinder.
     """
     geometry, d = case["geometry"], grains.diameter
     along, across = geometry["length"], scene.width(case)
@@ -178,19 +180,19 @@ class SharedColumn(Column):
         return float(self.world.sum([super().kinetic_on_floor()])[0])
 
     def is_uneven(self) -> bool:
-        """Whether one side of the cut along x holds more of the moving grains than it should."""
+        """Whether a side of the cut along x holds more of the moving grains than it should."""
         if self.grid.x != 2 or scene.chute(self.case):
             return False
         x, at = self.moving(), sum(self.ends()) / 2
         left, right = self.world.sum([np.count_nonzero(x < at), np.count_nonzero(x >= at)])
-        return bool(max(left, right) > UNEVEN * (left + right) / 2)
+        return bool(abs(left / (left + right) - LEFT) > UNEVEN)
 
     def rebalance(self) -> None:
-        """Moves the one cut along x to the middle grain, where that has moved away."""
+        """Moves the one cut along x to where the grains are halved, where that has moved away."""
         if self.is_uneven():
             edges = np.linspace(*self.ends(), BINS + 1)
             count = np.cumsum(self.world.sum(np.histogram(self.moving(), edges)[0]))
-            self.cut(float(edges[np.searchsorted(count, count[-1] / 2) + 1]))
+            self.cut(float(edges[np.searchsorted(count, LEFT * count[-1]) + 1]))
 
     def moving(self) -> np.ndarray:
         """x of this rank's moving grains (n,) [m]."""
