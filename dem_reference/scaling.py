@@ -38,6 +38,7 @@ from .world import World
 
 SAMPLES = 100  # of the contacts, over which messages are counted
 ID_BYTES = 4
+MODELLED = [(3e4, 2), (3e4, 8), (1e6, 8), (1e6, 64), (1e7, 64)]  # grains, ranks
 ENGINE_BYTES = 72  # of a grain that is shown to a neighbour in a step: place, velocity, spin
 UNITS = {"wall": "s", "sent": "bytes", "cpu": "s", "seconds": "s"}
 
@@ -192,6 +193,21 @@ def overlap(table: pd.DataFrame) -> float:
     """What two ranks take more than one of what they share, as a part of it."""
     one, two = (of(table, n, "cpu_engine") + of(table, n, "cpu_audit") for n in (1, 2))
     return max(0.0, two / one - 1)
+
+
+def page(table: pd.DataFrame) -> str:
+    """The model as docs/reference/cluster.md has it."""
+    lines = [
+        "| grains | ranks | own | neighbours | messages | rows | frames | times faster |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for grains, ranks in MODELLED:
+        alone, told = (model(table, grains, count, Network()) for count in (1, ranks))
+        whole = sum(told.values())
+        shares = " | ".join(f"{100 * part / whole:.0f} %" for part in told.values())
+        faster = sum(alone.values()) / whole
+        lines.append(f"| {grains:.0e} | {ranks} | {shares} | {faster:.1f} |".replace("e+0", "e"))
+    return "\n".join(lines)
 
 
 def main() -> int:

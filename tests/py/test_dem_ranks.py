@@ -12,11 +12,12 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 
 from cases.case import load
 from cases.errors import CaseError, EngineError
-from dem_reference import packing, shared
+from dem_reference import packing, scaling, shared
 from dem_reference.checkpoint import Unfinished
 from dem_reference.collapse import collapse
 from dem_reference.grains import Grains
@@ -226,3 +227,22 @@ def test_nobody_outlives_whoever_is_killed(tmp_path, store, whom):
 def test_the_engine_s_own_error_is_told(tmp_path):
     with pytest.raises(EngineError, match="^LIGGGHTS: stopped with code .*ERROR: Unknown command"):
         run_on_ranks(ranked.misspelling, tmp_path, ranks=2, log=tmp_path / "log")
+
+
+@pytest.mark.parametrize("name, least", [("ranks", 1.6), ("ranks_wide", 1.6)])
+def test_two_ranks_were_measured_to_be_faster(name, least):
+    """With the same audit; and the model of two is right to a fifth."""
+    table = pd.read_csv(f"cases/column_small/reference/{name}.csv", comment="#")
+    faster = scaling.of(table, 1, "wall") / scaling.of(table, 2, "wall")
+    assert faster > least
+    grains = scaling.of(table, 1, "grains_most")
+    one, two = (scaling.model(table, grains, n, scaling.Network()) for n in (1, 2))
+    assert sum(one.values()) / sum(two.values()) == pytest.approx(faster, rel=0.2)
+
+
+def test_the_model_of_more_ranks_is_that_of_the_page():
+    table = pd.read_csv("cases/column_small/reference/ranks_wide.csv", comment="#")
+    assert scaling.page(table) in Path("docs/reference/cluster.md").read_text()
+    alone, many = (scaling.model(table, 1e6, n, scaling.Network()) for n in (1, 64))
+    assert many["rows"] == alone["rows"] and many["frames"] == alone["frames"]
+    assert many["own"] == pytest.approx(alone["own"] / 64)
