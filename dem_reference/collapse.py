@@ -1,6 +1,5 @@
 """The collapse of a settled packing, audited while it runs."""
 
-import shutil
 import time
 from pathlib import Path
 
@@ -19,57 +18,11 @@ from .engine import Liggghts
 from .grains import Grains
 from .moment import Accounts, Moment, planes_of
 from .output import Result
-from .packing import RESTART
 from .plan import Plan
 from .process import Voice
+from .release import acting, released, settled
 from .restart import State
 from .spent import Spent
-
-
-RELEASE = "reset_timestep 0\nrun 0"
-
-
-def settled(case: dict, grains: Grains, packing: Path, work: Path | None, ranks: str = "") -> str:
-    """Commands that read the settled packing, for an engine that works in the folder `work`, where
-    the file that they name is put; None: somebody else puts it there. ranks: as of
-    scene.beginning.
-    """
-    if work:
-        shutil.copyfile(packing / RESTART, work / RESTART)
-    return scene.beginning(
-        case, grains, f"read_restart {RESTART}", grains.young_modulus, ranks=ranks
-    )
-
-
-def acting(case: dict, grains: Grains, plan: Plan, work: Path | None, lifted: bool) -> str:
-    """Commands for all that acts on the grains once they are released; `lifted`: a gate that rises,
-    whose file is put into `work`, as of `settled`.
-    """
-    commands = [
-        scene.material(case, grains, grains.young_modulus, grains.friction),
-        scene.bodies(case, grains),
-        f"timestep {plan.dt:.17g}",
-        plates.lifted_gate(case, grains, work) if lifted else "",
-        plates.silo(case, grains, work) if scene.silo(case) else "",
-        f"thermo {plan.row}",
-    ]
-    return "\n".join(commands)
-
-
-def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -> str:
-    """Commands from the settled packing to the instant of release: the gate is gone by then, or
-    about to be lifted.
-    """
-    lifted = case["walls"]["gate"] == "lifted"
-    begin, act = settled(case, grains, packing, work), acting(case, grains, plan, work, lifted)
-    return "\n".join([begin, act, released(case)])
-
-
-def released(case: dict) -> str:
-    """Commands at the instant of release, when all that acts is there."""
-    if not scene.silo(case):
-        return RELEASE
-    return plates.RAISE.format(case["geometry"]["fall"]) + "\n" + RELEASE
 
 
 class Column:

@@ -22,7 +22,7 @@ from cases.programs import unstarted
 
 from . import plates, scene
 from .audit import without_split
-from .collapse import close, finish, release
+from .collapse import close, finish
 from .plan import Plan
 from .contacts import Snapshot
 from .grains import Grains
@@ -30,6 +30,7 @@ from .moment import PLAIN_COLUMNS, ROLLING_COLUMNS, fluctuation_energy
 from .output import Result
 from .process import Report, home, last_error, refuse_full_disk, stopped
 from .ranks import mpirun
+from .release import release
 
 PROGRAM = "liggghts"
 ATOMS = "id type x y z vx vy vz fx fy fz omegax omegay omegaz tqx tqy tqz"
