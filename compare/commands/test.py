@@ -132,27 +132,28 @@ def pytest(options, reports: Path) -> int:
     if not options.slow:
         words += ["-m", "not slow"]
     code = call_pytest(words, reports / "python.xml")
-    failed = failures(reports / "python.xml") if code == 1 else []
+    failed = outcomes(reports / "python.xml", failed=True) if code == 1 else []
     if 0 < len(failed) <= ALONE:
         print(f"grainpair test: once more and alone: {len(failed)} that failed", flush=True)
         code = call_pytest(failed, reports / "again.xml")
-        still = failures(reports / "again.xml")
+        passed = outcomes(reports / "again.xml", failed=False)
         for name in failed:
-            print(f"grainpair test: {name} failed, and alone {'too' if name in still else 'not'}")
+            print(f"grainpair test: {name} failed, and alone {'not' if name in passed else 'too'}")
     return 0 if code == 5 else code  # 5: no test has such a name
 
 
 def call_pytest(words: list[str], report: Path) -> int:
-    command = module("pytest", "-q", f"--junitxml={report}", *words)
+    place = ["--rootdir", str(ROOT), "-c", str(ROOT / "tests" / "pytest.ini")]  # of tests' names
+    command = module("pytest", "-q", f"--junitxml={report}", *place, *words)
     return subprocess.run(command, cwd=ROOT).returncode
 
 
-def failures(report: Path) -> list[str]:
-    """Tests that failed, as pytest takes them."""
+def outcomes(report: Path, failed: bool) -> list[str]:
+    """Tests that failed, or that did not, as pytest takes them."""
     return [
         f"{case.get('classname', '').replace('.', '/')}.py::{case.get('name')}"
         for case in ElementTree.parse(report).getroot().iter("testcase")
-        if case.find("failure") is not None or case.find("error") is not None
+        if failed == any(case.find(word) is not None for word in ("failure", "error"))
     ]
 
 

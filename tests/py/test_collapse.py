@@ -274,7 +274,7 @@ def test_a_slab_one_cell_thick_between_rollers_is_plane_strain(plane, tmp_path):
         "slab.h5",
         *sets,
         "geometry.dimension=three_dimensional",
-        f"mpm.time_step_fraction={run.case['mpm.time_step_fraction'] * np.sqrt(1.5)!r}",
+        f"mpm.time_step_fraction={float(run.case['mpm.time_step_fraction'] * np.sqrt(1.5))!r}",
     )
     assert slab.attributes["steps"] == run.attributes["steps"]
     bound = 100.0 * run.attributes["steps"] * np.finfo(float).eps

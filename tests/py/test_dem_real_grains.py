@@ -210,7 +210,8 @@ def test_a_summary_counts_mass_not_grains(real):
         cloud = file[f"data/{file.attrs['steps']}/particles/cloud"]
         moving = cloud["kind"][()] == 1
         x, mass = cloud["position/x"][()][moving], cloud["mass"][()][moving]
-    beyond = mass[x > (found["run_out_99"] + 1) * 0.02].sum() / mass.sum()
+    # the grain that is there is not beyond, however its place was rounded
+    beyond = mass[x > (found["run_out_99"] + 1) * 0.02 * (1 + 1e-12)].sum() / mass.sum()
     assert beyond <= 0.01 < beyond + mass.max() / mass.sum()
     assert 0.0 < at_edge["run_out_edge"] <= found["run_out"] + 0.1
     assert found["dissipated_rolling"] > 0.0 and "gate_work" not in found

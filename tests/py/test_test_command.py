@@ -1,6 +1,7 @@
 """`grainpair test --only LAW`: what it calls, and what it makes of what they say."""
 
 import argparse
+import shutil
 
 import pytest
 
@@ -70,6 +71,7 @@ def test_what_failed_beside_others_is_tried_alone(tmp_path, monkeypatch, capfd, 
     """Once: what fails then too is a failure, and so is what does not pass of many."""
     folder = tmp_path / "tests" / "py"
     folder.mkdir(parents=True)
+    shutil.copy(command.ROOT / "tests" / "pytest.ini", tmp_path / "tests")
     (folder / "test_some.py").write_text(TESTS.replace("ALWAYS", str(always)))
     monkeypatch.setattr(command, "ROOT", tmp_path)
     options = argparse.Namespace(only="", slow=False)
