@@ -46,10 +46,10 @@ def mpirun(ranks: int) -> list[str]:
     return ["mpirun", *words, "-np", str(ranks)] + ["--allow-run-as-root"] * (os.geteuid() == 0)
 
 
-def refuse_without_mpi() -> None:
-    """EngineError where ranks cannot be had."""
+def refuse_without_mpi(script: bool = False) -> None:
+    """EngineError where ranks cannot be had, of Python or of a script."""
     mpirun(1)
-    if importlib.util.find_spec("mpi4py") is None:
+    if not script and importlib.util.find_spec("mpi4py") is None:
         raise EngineError(
             "mpi4py: no such module (not installed) install the package python3-mpi4py"
         )

@@ -25,7 +25,7 @@ from .plan import Plan
 from .content import run_key
 from .grains import Grains
 from .process import run_engine
-from .ranks import run_on_ranks
+from .ranks import refuse_without_mpi, run_on_ranks
 from .script import collapse_by_script
 
 PACKING_SHARE = 0.35  # of a run's work, roughly
@@ -64,6 +64,8 @@ def run(
     """
     tables = packing.dict_of(case)
     refuse(tables, script)
+    if ranks > 1:
+        refuse_without_mpi(script)
     Plan.of(tables)
     cost.refuse_more_than_there_is(tables)
     takes, interval = cost.estimate(tables), tables["output"]["checkpoint_interval"]

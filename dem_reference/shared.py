@@ -253,9 +253,9 @@ class SharedCollapse(Collapse):
         return rests
 
     def advance(self) -> None:
-        """A cut that is to be moved is at the first step that lists neighbours: at any other one a
-        listing more would change what the engine does. A contact that has opened keeps its spring
-        until the next listing, and takes it up again if it closes before.
+        """A cut is moved in a step that lists neighbours, the next one: in any other, one listing
+        more would change what the engine does. A contact that has opened keeps its spring until the
+        next listing, and takes it up again if it closes before.
         """
         engine, end = self.column.engine, self.step + self.plan.sample
         with self.spent.on("engine"):
