@@ -56,14 +56,15 @@ class Audit:
         radial: bool,
         lifted: bool = False,
         drive: Drive | None = None,
+        accounts: type[Accounts] = Accounts,
     ):
         """interval: between samples [s], one time step if `every_step`; unit: binary contact time
         [s]; threshold: of an enduring contact, in units; start: at the release; radial: whether
         means depend on the distance from the y axis, not on x; lifted: whether a gate rises; drive:
-        of a chute.
+        of a chute; accounts: who keeps them.
         """
         self.interval, self.unit, self.radial = interval, unit, radial
-        self.accounts = Accounts(start, interval, every_step, unit, threshold)
+        self.accounts = accounts(start, interval, every_step, unit, threshold)
         self.absent = () if start.grains.rolls else ("elastic_rolling", "dissipated_rolling")
         self.absent += () if lifted else ("gate_work",)
         self.rows: dict[str, list[float]] = defaultdict(list)
@@ -97,7 +98,7 @@ class Audit:
         """One line of the history."""
         gone, enduring, self.errors = self.accounts.row(moment)
         held, pairs = moment.held, gone.pairs
-        driven = {"driven": self.drive.look(moment)} if self.drive else {}
+        driven = {"driven": self.drive.look(moment.everyone)} if self.drive else {}
         given = self.initial + driven.get("driven", 0.0) + gone.driven
         values = {
             "time": time,
@@ -109,7 +110,7 @@ class Audit:
             "elastic_tangential": held.tangential,
             "elastic_rolling": held.rolling,
             "elastic_wall": held.wall,
-            "fluctuation": fluctuation_energy(moment.atoms, moment.grains, self.radial),
+            "fluctuation": fluctuation_energy(moment.everyone, moment.grains, self.radial),
             "dissipated_normal": gone.normal,
             "dissipated_tangential": gone.tangential,
             "dissipated_rolling": gone.rolling,

@@ -1,6 +1,5 @@
 """The collapse of a settled packing, audited while it runs."""
 
-import shutil
 import time
 from pathlib import Path
 
@@ -17,59 +16,13 @@ from .contacts import Snapshot
 from .drive import drive_of
 from .engine import Liggghts
 from .grains import Grains
-from .moment import Moment, planes_of
+from .moment import Accounts, Moment, planes_of
 from .output import Result
-from .packing import RESTART
 from .plan import Plan
 from .process import Voice
+from .release import acting, released, settled
 from .restart import State
 from .spent import Spent
-
-
-RELEASE = "reset_timestep 0\nrun 0"
-
-
-def settled(case: dict, grains: Grains, packing: Path, work: Path) -> str:
-    """Commands that read the settled packing, for an engine that works in the folder `work`, where
-    the file that they name is put.
-    """
-    shutil.copyfile(packing / RESTART, work / RESTART)
-    return scene.beginning(case, grains, f"read_restart {RESTART}", grains.young_modulus)
-
-
-def acting(case: dict, grains: Grains, plan: Plan, work: Path, lifted: bool) -> str:
-    """Commands for all that acts on the grains once they are released; `lifted`: a gate that rises,
-    whose file is put into `work`.
-    """
-    commands = [
-        scene.material(case, grains, grains.young_modulus, grains.friction),
-        scene.bodies(case, grains),
-        f"timestep {plan.dt:.17g}",
-        plates.lifted_gate(case, grains, work) if lifted else "",
-        plates.silo(case, grains, work) if scene.silo(case) else "",
-        f"thermo {plan.row}",
-    ]
-    return "\n".join(commands)
-
-
-def release(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) -> str:
-    """Commands from the settled packing to the instant of release: the gate is gone by then, or
-    about to be lifted.
-    """
-    lifted = case["walls"]["gate"] == "lifted"
-    begin, act = settled(case, grains, packing, work), acting(case, grains, plan, work, lifted)
-    return "\n".join([begin, act, released(case)])
-
-
-def released(case: dict) -> str:
-    """Commands at the instant of release, when all that acts is there."""
-    if velocity := case["initial"]["velocity"]:  # of a chute, at half of its height
-        top = case["geometry"]["height"]
-        ramp = f"velocity mobile ramp vx 0 {2 * velocity:.17g} y 0 {top:.17g} sum yes units box"
-        return f"{ramp}\n{RELEASE}"
-    if not scene.silo(case):
-        return RELEASE
-    return plates.RAISE.format(case["geometry"]["fall"]) + "\n" + RELEASE
 
 
 class Column:
@@ -82,23 +35,30 @@ class Column:
         self.case, self.grains, self.plan = case, Grains.of(case), Plan.of(case)
         geometry, walls = case["geometry"], case["walls"]
         self.pull, self.weight = gravity_of(geometry)
-        self.engine = Liggghts(log, self.grains)
+        self.periods = scene.periods(case)
+        self.engine, self.moment = self.looked_at(log)
         self.lifted = walls["gate"] == "lifted" if kept is None else bool(kept["lifted"])
         if kept is None:
-            begin = settled(case, self.grains, packing, log.parent)
-            self.engine.commands(begin)
-            self.bounds = self.engine.bounds()
-            act = acting(case, self.grains, self.plan, log.parent, self.lifted)
-            self.engine.commands(f"{act}\n{released(case)}")
+            self.release(packing, log.parent)
         else:
             self.bounds = kept["bounds"]
             self.resume(kept, log.parent)
         self.count, self.walls = self.engine.count(), plates.standing(case, self.grains)
-        self.periods = scene.periods(case)
-        self.moment = Moment(self.grains, self.plan.dt, self.weight, pull=self.pull, **self.periods)
         beyond = geometry["height"] + self.grains.largest
         speed = walls["gate_speed"]
         self.gate_gone = beyond / speed if walls["gate"] == "lifted" else 0.0  # [s]
+
+    def looked_at(self, log: Path) -> tuple[Liggghts, Moment]:
+        """The engine, and what looks at it."""
+        moment = Moment(self.grains, self.plan.dt, self.weight, pull=self.pull, **self.periods)
+        return Liggghts(log, self.grains), moment
+
+    def release(self, packing: Path, work: Path | None, ranks: str = "") -> None:
+        """From the settled packing; `work` and `ranks`: as of `settled`."""
+        self.engine.commands(settled(self.case, self.grains, packing, work, ranks))
+        self.bounds = self.engine.bounds()
+        act = acting(self.case, self.grains, self.plan, work, self.lifted)
+        self.engine.commands(f"{act}\n{released(self.case)}")
 
     def resume(self, kept: State, work: Path) -> None:
         """To a state that was kept."""
@@ -125,12 +85,15 @@ class Column:
         self.moment.look(self.engine.held(), rows, count, planes_of(self.standing(now)))
         return self.moment
 
-    def snapshot(self, now: float) -> Snapshot:
-        """The same as a copy."""
+    def snapshot(self, now: float) -> Snapshot | None:
+        """The same as a copy, for whoever writes it."""
+        return self.shot(self.engine.atoms(), self.engine.contacts(), now)
+
+    def shot(self, atoms: dict[str, np.ndarray], rows: np.ndarray, now: float) -> Snapshot:
         return Snapshot(
             self.grains,
-            self.engine.atoms(),
-            self.engine.contacts(),
+            atoms,
+            rows,
             self.plan.dt,
             self.weight,
             planes=self.standing(now),
@@ -185,19 +148,30 @@ class Collapse:
         self.began, self.spent = time.monotonic(), Spent()
         self.case, self.packing, self.target = case, packing, target
         self.attributes, self.keeper = attributes, keeper
-        self.column = Column(case, packing, log, kept)
+        self.column = self.column_of(log, kept)
         self.plan, self.sampled = self.column.plan, case["dem"]["audit_interval"] > 0
         self.spent.began()
         with self.spent.on("audit"):
-            self.audit = audit_of(case, self.column)
+            self.audit = self.audit_of(self.column)
         self.step, self.peak, self.earlier = 0, 0.0, np.zeros(2)  # step: of the last sample
         self.wanted: int | None = None  # step from which on a checkpoint is wanted
+        self.frames = 0  # in this file
         with self.spent.on("output"):
-            self.result, self.frames = Result(target, attributes), 0  # in this file
+            self.open()
         if kept is None:
             self.frame()
         else:
             self.take_up(kept)
+
+    def column_of(self, log: Path, kept: State | None) -> Column:
+        return Column(self.case, self.packing, log, kept)
+
+    def audit_of(self, column: Column) -> Audit:
+        return audit_of(self.case, column)
+
+    def open(self) -> None:
+        """A file of frames to write."""
+        self.result = Result(self.target, self.attributes)
 
     @property
     def now(self) -> float:
@@ -219,12 +193,16 @@ class Collapse:
                 shot = self.frame()
             with self.spent.on("engine"):
                 self.column.drop_gate(self.now)
+        self.complete(shot, reason)
+
+    def complete(self, shot: Snapshot | None, reason: str) -> None:
+        """The result, of the last frame and why it is the last."""
         assert shot
         with self.spent.on("output"):
             self.keeper.merge(self.result.file)
             write_history(self.result, self.audit, self.sampled)
             errors = self.audit.errors
-            finish(self.result, self.packing, self.case, shot, plan, reason, self.step, errors)
+            finish(self.result, self.packing, self.case, shot, self.plan, reason, self.step, errors)
         cpu, wall = self.taken()
         close(self.result, cpu, wall, self.spent.attributes())
 
@@ -263,11 +241,13 @@ class Collapse:
         quiet = self.case["time"]["rest_kinetic_energy"] * self.peak
         return self.now > self.plan.scale and self.column.kinetic_on_floor() < quiet
 
-    def frame(self) -> Snapshot:
+    def frame(self) -> Snapshot | None:
+        """Writes one; what it shows, to whoever is told it."""
         with self.spent.on("output"):
             shot = self.column.snapshot(self.now)
             gone = self.audit.accounts.by_grain(self.column.moment) if self.sampled else None
-            self.result.frame(self.step, self.now, shot, self.case["output"]["contacts"], gone)
+            if shot:
+                self.result.frame(self.step, self.now, shot, self.case["output"]["contacts"], gone)
             self.frames += 1
         return shot
 
@@ -321,7 +301,7 @@ def collapse(
     Collapse(case, packing, log, target, attributes, keeper, kept).go(report)
 
 
-def audit_of(case: dict, column: Column) -> Audit:
+def audit_of(case: dict, column: Column, accounts: type[Accounts] = Accounts) -> Audit:
     """The accounts of a collapse, at its release."""
     plan, gravity = column.plan, case["geometry"]["gravity"]
     return Audit(
@@ -333,6 +313,7 @@ def audit_of(case: dict, column: Column) -> Audit:
         scene.axisymmetric(case),
         case["walls"]["gate"] == "lifted",
         drive_of(case, column.grains),
+        accounts,
     )
 
 

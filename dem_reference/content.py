@@ -97,8 +97,8 @@ def packing_key(case: Case | dict, seed: int, root: Path = ROOT) -> str:
 def ensemble_key(case: Case | dict, ranks: int = 1, root: Path = ROOT) -> str:
     """Name of the runs of a case that differ by their seeds only.
 
-    More than one rank takes another driver, and sums in another order. Whether contacts are kept
-    changes no grain, but the file.
+    More than one rank sums in another order. Whether contacts are kept changes no grain, but the
+    file.
     """
     made = sources("dem_reference.run", root=root)
     return content.digest([inputs(case), case["output"]["contacts"], ranks, engine(), made])
@@ -106,7 +106,7 @@ def ensemble_key(case: Case | dict, ranks: int = 1, root: Path = ROOT) -> str:
 
 def run_key(case: Case | dict, seed: int, script: bool, ranks: int, root: Path = ROOT) -> str:
     """What decides every bit of a run's result, and so which checkpoints are its own."""
-    driver = "script" if script or ranks > 1 else "library"
+    driver = "script" if script else "library"
     return content.digest([ensemble_key(case, ranks, root), seed, driver])
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from cases.scenes import gravity_of, is_chute
 
 from .grains import Grains
-from .moment import Moment, array
+from .moment import Atoms, array
 from .scene import TYPES
 
 
@@ -22,9 +22,8 @@ class Drive:
         self.work = 0.0  # [J]
         self.places = np.empty(0)  # x of the moving grains in the order of their ids [m]
 
-    def look(self, moment: Moment) -> float:
-        """The work so far [J]."""
-        atoms = moment.atoms
+    def look(self, atoms: Atoms) -> float:
+        """The work so far [J], from all grains."""
         count = atoms.owned
         x = array(atoms.x, np.float64, count, 3)[:, 0]
         mobile = array(atoms.type, np.int32, count) == TYPES["grain"]

@@ -54,9 +54,10 @@ class Liggghts:
         # the errors.
         words = [b"liggghts", b"-screen", b"/dev/null", b"-log", log.name.encode()]
         self._instance = ctypes.c_void_p()
-        self.library.lammps_open_no_mpi(
-            len(words), (ctypes.c_char_p * len(words))(*words), ctypes.byref(self._instance)
-        )
+        self._open(len(words), (ctypes.c_char_p * len(words))(*words))
+
+    def _open(self, count: int, words: ctypes.Array) -> None:
+        self.library.lammps_open_no_mpi(count, words, ctypes.byref(self._instance))
 
     def command(self, line: str) -> None:
         self.library.lammps_command(self._instance, line.encode())
@@ -90,6 +91,10 @@ class Liggghts:
         """Number of grains, glued ones included."""
         return self.library.lammps_get_natoms(self._instance)
 
+    def here(self) -> int:
+        """Of them, those of this process."""
+        return self._told("nlocal", ctypes.c_int32).value
+
     def atoms(self) -> dict[str, np.ndarray]:
         """Copies of what the grains carry now, in the engine's order.
 
@@ -106,17 +111,17 @@ class Liggghts:
         A view in the engine's order, valid until the next command.
         """
         address = self.library.lammps_extract_atom(self._instance, name.encode())
-        return _table(address, self.count(), 3)
+        return _table(address, self.here(), 3)
 
     def integers(self, name: str) -> np.ndarray:
         """Its own id or type of every grain (n,): a view, as `vectors`."""
         address = self.library.lammps_extract_atom(self._instance, name.encode())
-        return array(address, np.int32, self.count())
+        return array(address, np.int32, self.here())
 
     def scalars(self, name: str) -> np.ndarray:
         """Its own radius [m] or rmass [kg] of every grain (n,): a view, as `vectors`."""
         address = self.library.lammps_extract_atom(self._instance, name.encode())
-        return array(address, np.float64, self.count())
+        return array(address, np.float64, self.here())
 
     def resize(self, ids: np.ndarray, diameters: np.ndarray, density: float) -> None:
         """Gives the grains of `ids` (n,) their `diameters` (n,) [m] and masses; the next set-up
@@ -136,11 +141,11 @@ class Liggghts:
     def per_atom(self, compute: str, columns: int) -> np.ndarray:
         """A per-atom compute at this instant, (n, columns): a view, as `vectors`."""
         address = self.library.lammps_extract_compute(self._instance, compute.encode(), 1, 2)
-        return _table(address, self.count(), columns)
+        return _table(address, self.here(), columns)
 
     def extent(self, name: str) -> float:
         """A coordinate of the simulation box, such as boxxhi [m]."""
-        return self._told(name, ctypes.c_double)
+        return self._told(name, ctypes.c_double).value
 
     def bounds(self) -> np.ndarray:
         """Of the simulation box: lower and upper of x, y, z (6,) [m]."""
@@ -149,15 +154,19 @@ class Liggghts:
 
     def step(self) -> int:
         """Number of the last step."""
-        return self._told("ntimestep", ctypes.c_int64)
+        return self._told("ntimestep", ctypes.c_int64).value
 
     def has_listed(self) -> bool:
         """Whether the last step has made the list of neighbours anew."""
-        return self._told("ago", ctypes.c_int32) == 0
+        return self.listed_ago() == 0
+
+    def listed_ago(self) -> int:
+        """How many steps ago that was."""
+        return self._told("ago", ctypes.c_int32).value
 
     def _told(self, name: str, kind):
         address = self.library.lammps_extract_global(self._instance, name.encode())
-        return kind.from_address(address).value
+        return kind.from_address(address)
 
     def held(self) -> Atoms:
         """Where the engine holds its grains; valid until the next command."""
@@ -165,7 +174,7 @@ class Liggghts:
             name: self.library.lammps_extract_atom(self._instance, name.encode()) for name in ARRAYS
         }
         rows = {name: _first_row(pointers[name]) for name in VECTORS}
-        n, radius = self.count(), None
+        n, radius = self.here(), None
         if self.sized:
             radius = self.library.lammps_extract_atom(self._instance, b"radius")
         return Atoms(n, n, *(pointers | rows).values(), radius)

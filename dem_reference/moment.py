@@ -5,8 +5,9 @@ What is rebuilt and what counts for what is told there (moment.hpp, accounts.hpp
 """
 
 import ctypes
-from ctypes import POINTER, Structure, byref, c_bool, c_double, c_int64, c_void_p
+from ctypes import POINTER, Structure, byref, c_bool, c_double, c_int32, c_int64, c_void_p
 from functools import cache
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -102,6 +103,13 @@ class _Row(Structure):
     ]
 
 
+# What accounts carry of a contact from sample to sample, as in lifetimes.hpp.
+CARRIED = np.dtype(
+    [("key", "u8"), ("age", "f8"), ("account", "f8", 3), ("held", "f8", 3), ("goes_on", "?")],
+    align=True,
+)
+
+
 class _Classes(Structure):
     _fields_ = [(name, c_void_p) for name in ("edges", "multiples", "heat", "count")] + [
         (name, c_int64) for name in ("faces", "thresholds")
@@ -151,6 +159,9 @@ def library() -> ctypes.CDLL:
         ("accounts_add", None, handle, handle),
         ("accounts_row", None, handle, handle, POINTER(_Row)),
         ("accounts_by_grain", None, handle, handle, handle),
+        ("accounts_by_id", None, handle, handle, handle, c_int64),
+        ("accounts_leave", c_int64, handle, handle, c_int64, c_int32, POINTER(handle)),
+        ("accounts_join", None, handle, handle, c_int64),
         ("accounts_state", c_int64, handle, handle),
         ("accounts_take_up", yes, handle, handle, c_int64),
         ("accounts_finish", None, handle),
@@ -164,7 +175,7 @@ def library() -> ctypes.CDLL:
 
 def array(address: int | None, dtype: np.dtype | type, *shape: int) -> np.ndarray:
     """A view of memory that somebody else holds."""
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    size = prod(shape) * np.dtype(dtype).itemsize
     if not size:
         return np.empty(shape, dtype)
     memory: Any = (ctypes.c_char * size).from_address(address or 0)
@@ -250,6 +261,11 @@ class Moment:
         return self._view.held
 
     @property
+    def everyone(self) -> Atoms:
+        """All grains of the scene."""
+        return self.atoms
+
+    @property
     def pairs(self) -> np.ndarray:
         """A copy of the contacts of grains (n,), of type PAIR."""
         return array(self._view.pairs, PAIR, self._view.pair_count).copy()
@@ -320,6 +336,27 @@ class Accounts:
         out = np.empty(moment.atoms.count)
         self.library.accounts_by_grain(self._handle, moment.handle, out.ctypes.data)
         return out
+
+    def by_id(self, moment: Moment, size: int) -> np.ndarray:
+        """What these accounts have seen of it, of all ids below `size` (size,) [J]."""
+        out = np.empty(size)
+        self.library.accounts_by_id(self._handle, moment.handle, out.ctypes.data, size)
+        return out
+
+    def leave(self, owners: np.ndarray, own: int) -> np.ndarray:
+        """Takes out what is carried of contacts whose grain of the lower id is not `own`'s any
+        more, by the owner of each id (size,), of type CARRIED.
+        """
+        owners, gone = np.ascontiguousarray(owners, np.int32), c_void_p()
+        count = self.library.accounts_leave(
+            self._handle, owners.ctypes.data, owners.size, own, byref(gone)
+        )
+        return array(gone.value, CARRIED, count).copy()
+
+    def join(self, carried: np.ndarray) -> None:
+        """Puts in what `leave` has told of other accounts, between the same samples."""
+        carried = np.ascontiguousarray(carried, CARRIED)
+        self.library.accounts_join(self._handle, carried.ctypes.data, carried.size)
 
     def lifetimes(self) -> Lifetimes:
         """The split by lifetime of the contacts that have ended."""

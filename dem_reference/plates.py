@@ -35,13 +35,14 @@ def write_strip(path: Path, axis: int, position: float, ends: tuple[float, float
     path.write_text("\n".join([*lines, f"endsolid {path.stem}", ""]))
 
 
-def lifted_gate(case: dict, grains: Grains, work: Path) -> str:
+def lifted_gate(case: dict, grains: Grains, work: Path | None) -> str:
     """Commands for a smooth gate that rises at walls.gate_speed, from y = 0 and to two diameters
-    above the column; its triangles go into the folder `work`.
+    above the column; its triangles go into the folder `work`, unless somebody else puts them there.
     """
     geometry = case["geometry"]
     ends = 0.0, geometry["height"] + 2 * grains.largest
-    write_strip(work / "gate.stl", 0, geometry["length"], ends, geometry["thickness"])
+    if work:
+        write_strip(work / "gate.stl", 0, geometry["length"], ends, geometry["thickness"])
     return (
         f"fix plate all mesh/surface file gate.stl type {TYPES['smooth']}\n"
         f"fix gate {scene.wall(grains)} mesh n_meshes 1 meshes plate\n"
@@ -49,16 +50,18 @@ def lifted_gate(case: dict, grains: Grains, work: Path) -> str:
     )
 
 
-def silo(case: dict, grains: Grains, work: Path) -> str:
+def silo(case: dict, grains: Grains, work: Path | None) -> str:
     """Commands for the bottom of a silo beside its orifice, a Coulomb plate, and for its smooth
-    wall at x = L0 above it; their triangles go into the folder `work`. Where the bottom's lip meets
-    the seam of the period, the engine lets both corners of the mesh push, and `force_error` tells.
+    wall at x = L0 above it; their triangles go into the folder `work`, as of a gate. Where the
+    bottom's lip meets the seam of the period, the engine lets both corners of the mesh push, and
+    `force_error` tells.
     """
     geometry = case["geometry"]
     fall, length, thickness = (geometry[name] for name in ("fall", "length", "thickness"))
     top = fall + geometry["height"] + 2 * grains.largest
-    write_strip(work / "bottom.stl", 1, fall, (geometry["orifice"], length), thickness)
-    write_strip(work / "side.stl", 0, length, (fall, top), thickness)
+    if work:
+        write_strip(work / "bottom.stl", 1, fall, (geometry["orifice"], length), thickness)
+        write_strip(work / "side.stl", 0, length, (fall, top), thickness)
     meshes = [
         f"fix {name} all mesh/surface file {name}.stl type {TYPES[kind]}"
         for name, kind in (("bottom", "base"), ("side", "smooth"))

@@ -37,7 +37,8 @@ def fails_again(error: BaseException) -> bool:
 class Voice:
     """How a child tells its parent of its work: it is a Report, and it can warn."""
 
-    def __init__(self, pipe: Connection):
+    def __init__(self, pipe: Any):
+        """pipe: a Connection, or what sends as one does."""
         self._pipe = pipe
 
     def __call__(self, done: float, text: str) -> None:
@@ -106,25 +107,32 @@ def _child(parent: int, pipe: Connection, work: Callable, arguments: tuple, scre
     handle = os.open(screen, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
     os.dup2(handle, 1)  # MPI's and the engine's own words
     os.dup2(handle, 2)
-    try:
-        result = work(*arguments, Voice(pipe))
-        usage = resource.getrusage(resource.RUSAGE_SELF)
-        pipe.send(("done", result, usage.ru_utime + usage.ru_stime))
-    except (CaseError, EngineError) as error:
-        pipe.send(("failed", type(error), str(error)))
-    except MemoryError:
-        pipe.send(("failed", EngineError, "LIGGGHTS: out of memory choose larger grains"))
-    except Exception as error:
-        what = getattr(error, "filename2", "") or getattr(error, "filename", "") or screen.parent
-        if room.is_full(error):
-            pipe.send(("failed", room.NoRoom, str(room.lacking(Path(what), error))))
-        elif isinstance(error, OSError):
-            pipe.send(("failed", EngineError, f"{what}: cannot be written ({reason(error)})"))
-        else:
-            raise
+    pipe.send(outcome_of(work, (*arguments, Voice(pipe)), screen.parent))
     pipe.close()
     sys.stdout.flush()
     os._exit(0)  # without MPI's farewell
+
+
+def outcome_of(work: Callable, arguments: tuple, folder: Path) -> tuple:
+    """What a piece of work that goes on in `folder` comes to: "done", what it returned and its
+    processor time [s]; or "failed", and the error's type and line, where it is one of those that we
+    tell. Others it raises.
+    """
+    try:
+        result = work(*arguments)
+        usage = resource.getrusage(resource.RUSAGE_SELF)
+        return "done", result, usage.ru_utime + usage.ru_stime
+    except (CaseError, EngineError) as error:
+        return "failed", type(error), str(error)
+    except MemoryError:
+        return "failed", EngineError, "LIGGGHTS: out of memory choose larger grains"
+    except Exception as error:
+        what = getattr(error, "filename2", "") or getattr(error, "filename", "") or folder
+        if room.is_full(error):
+            return "failed", room.NoRoom, str(room.lacking(Path(what), error))
+        if isinstance(error, OSError):
+            return "failed", EngineError, f"{what}: cannot be written ({reason(error)})"
+        raise
 
 
 def home() -> str:

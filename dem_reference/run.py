@@ -18,13 +18,14 @@ from cases.files import owned
 from cases.programs import kept
 from cases.scratch import reason
 
-from . import cost, packing, scene
+from . import cost, packing, scene, shared
 from .checkpoint import Unfinished
 from .collapse import collapse
 from .plan import Plan
 from .content import run_key
 from .grains import Grains
 from .process import run_engine
+from .ranks import refuse_without_mpi, run_on_ranks
 from .script import collapse_by_script
 
 PACKING_SHARE = 0.35  # of a run's work, roughly
@@ -62,7 +63,9 @@ def run(
     of the grains' stiffness the file is to tell.
     """
     tables = packing.dict_of(case)
-    refuse(tables, script or ranks > 1)
+    refuse(tables, script)
+    if ranks > 1:
+        refuse_without_mpi(script)
     Plan.of(tables)
     cost.refuse_more_than_there_is(tables)
     takes, interval = cost.estimate(tables), tables["output"]["checkpoint_interval"]
@@ -88,8 +91,12 @@ def run(
         work.mkdir()
         log = work / "log"
         report = progress.part(PACKING_SHARE, 0.99)
-        if script or ranks > 1:
+        if script:
             collapse_by_script(tables, settled, log, target, attributes, ranks, report)
+        elif ranks > 1:
+            alone = replace(unfinished, interval=0.0)  # ranks keep nothing half-way
+            parts = tables, settled, log, target, attributes, alone
+            run_on_ranks(shared.collapse, *parts, ranks=ranks, log=log, report=report)
         else:
             words = tables, settled, log, target, attributes, unfinished, kept
             run_engine(collapse, *words, log=log, report=report)
@@ -106,8 +113,8 @@ def refuse(case: dict, script: bool = False) -> None:
         )
     if scene.chute(case) and script:
         raise CaseError(
-            "geometry.scene: a script does not book the work of gravity along a chute use one rank "
-            "and the library"
+            "geometry.scene: a script does not book the work of gravity along a chute use the "
+            "library"
         )
     if axisymmetric and case["walls"]["gate"] == "lifted":
         raise CaseError("walls.gate: a cylindrical gate can only vanish (instantaneous only)")
@@ -154,7 +161,7 @@ def parser() -> command_line.Parser:
         "--ranks",
         type=command_line.threads,
         default=1,
-        help="MPI ranks of the collapse; more than one takes the script",
+        help="MPI ranks that share the grains of the collapse (default 1)",
     )
     out.add_argument("--quiet", action="store_true", help="print nothing but errors")
     out.add_argument(

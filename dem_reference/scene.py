@@ -209,14 +209,17 @@ def hardness(*young_moduli: float) -> str:
     )
 
 
-def beginning(case: dict, grains: Grains, start: str, *young_moduli: float) -> str:
-    """Units, box (from `start`: a create_box or a read_restart) and contact law."""
+def beginning(case: dict, grains: Grains, start: str, *young_moduli: float, ranks: str = "") -> str:
+    """Units, box (from `start`: a create_box or a read_restart) and contact law; `ranks`: how many
+    share the box along x, y and z, all of them along x unless told.
+    """
     periodic = case["walls"]["front_back"] == "periodic"
     return render(
         "scene",
         along="p" if chute(case) else "m",
         front_back="p" if periodic else "m",
         hardness=hardness(*young_moduli),
+        ranks=ranks or "* 1 1",
         start=start,
         skin=CELL_SKIN * grains.diameter,
         rolling=rolling(grains),

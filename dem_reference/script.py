@@ -22,13 +22,15 @@ from cases.programs import unstarted
 
 from . import plates, scene
 from .audit import without_split
-from .collapse import close, finish, release
+from .collapse import close, finish
 from .plan import Plan
 from .contacts import Snapshot
 from .grains import Grains
 from .moment import PLAIN_COLUMNS, ROLLING_COLUMNS, fluctuation_energy
 from .output import Result
 from .process import Report, home, last_error, refuse_full_disk, stopped
+from .ranks import mpirun
+from .release import release
 
 PROGRAM = "liggghts"
 ATOMS = "id type x y z vx vy vz fx fy fz omegax omegay omegaz tqx tqy tqz"
@@ -57,24 +59,10 @@ def script(case: dict, grains: Grains, plan: Plan, packing: Path, work: Path) ->
 
 def command(ranks: int) -> list[str]:
     """The engine, under MPI for more than one rank; EngineError when it is not installed."""
-    for name in [PROGRAM] + ["mpirun"] * (ranks > 1):
-        if not shutil.which(name):
-            raise unstarted(name, FileNotFoundError())
+    if not shutil.which(PROGRAM):
+        raise unstarted(PROGRAM, FileNotFoundError())
     line = ["stdbuf", "-oL", PROGRAM]  # error lines are lost from a buffered stream
-    if ranks > 1:
-        mpirun = [
-            "mpirun",
-            "--oversubscribe",
-            "--bind-to",
-            "none",
-            "--mca",
-            "mpi_yield_when_idle",
-            "1",
-            "-np",
-            str(ranks),
-        ]
-        return mpirun + ["--allow-run-as-root"] * (os.geteuid() == 0) + line
-    return line
+    return [*mpirun(ranks), *line] if ranks > 1 else line
 
 
 def collapse_by_script(

@@ -46,6 +46,14 @@ void Accounts::by_grain(const Moment& moment, double* out) const {
   }
 }
 
+void Accounts::by_id(const Moment& moment, std::span<double> out) const {
+  const Sums now = held(moment);
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    const auto id = static_cast<std::int32_t>(k);
+    out[k] = taken_.of(id) - now.of(id) + begun_.of(id);
+  }
+}
+
 void Accounts::state(State& of) {
   for (Sums* sums : {&taken_, &begun_}) {
     of(sums->totals);

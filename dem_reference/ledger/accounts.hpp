@@ -12,11 +12,13 @@
 // Ranks: every account is a sum over the contacts that count on this rank (moment.hpp), so the sums
 // of all ranks add up to those of the whole; grains and contacts are known by their ids, never by
 // their places. A contact's account and age stay with the rank that owns its grain of the lower id:
-// who hands such a grain to another rank has to hand them over as well, or the contact counts as
-// ended and begun.
+// who hands such a grain to another rank has to hand them over as well (Lifetimes::leave, join), or
+// the contact counts as ended and begun. What a grain has taken in stays where it was booked, and
+// is summed by ids (by_id).
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "dem_reference/ledger/lifetimes.hpp"
@@ -42,6 +44,8 @@ class Accounts {
   Totals dissipated(const Moment& moment) const;
   /// The same by grain, in the order of the moment's: out has its count [J].
   void by_grain(const Moment& moment, double* out) const;
+  /// What this rank has seen of it, of all ids below out's size: also of grains that have left [J].
+  void by_id(const Moment& moment, std::span<double> out) const;
   double force_error() const { return force_error_; }
   double torque_error() const { return torque_error_; }
   Lifetimes& lifetimes() { return lifetimes_; }

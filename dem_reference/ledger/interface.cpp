@@ -81,6 +81,23 @@ void accounts_row(Accounts* accounts, const Moment* moment, Row* row) {
 void accounts_by_grain(const Accounts* accounts, const Moment* moment, double* out) {
   accounts->by_grain(*moment, out);
 }
+/// out: of each id below `size`.
+void accounts_by_id(const Accounts* accounts, const Moment* moment, double* out,
+                    std::int64_t size) {
+  accounts->by_id(*moment, {out, static_cast<std::size_t>(size)});
+}
+/// Takes out what another rank owns now, by the owner of each of `size` ids; how many. They lie at
+/// `out` until the next call.
+std::int64_t accounts_leave(Accounts* accounts, const std::int32_t* owners, std::int64_t size,
+                            std::int32_t self, const Lifetimes::Contact** out) {
+  thread_local std::vector<Lifetimes::Contact> gone;
+  gone = accounts->lifetimes().leave({owners, static_cast<std::size_t>(size)}, self);
+  *out = gone.data();
+  return static_cast<std::int64_t>(gone.size());
+}
+void accounts_join(Accounts* accounts, const Lifetimes::Contact* contacts, std::int64_t count) {
+  accounts->lifetimes().join({contacts, static_cast<std::size_t>(count)});
+}
 /// Puts the state of the accounts to `out`, if that is given; its size [bytes].
 std::int64_t accounts_state(Accounts* accounts, void* out) {
   State state;

@@ -47,6 +47,23 @@ void Lifetimes::state(State& of) {
   for (const Contact& contact : contacts) last_.add(contact);
 }
 
+std::vector<Lifetimes::Contact> Lifetimes::leave(std::span<const std::int32_t> owners,
+                                                 std::int32_t self) {
+  std::vector<Contact> all, gone;
+  std::swap(all, last_.contacts);
+  last_.clear();
+  for (const Contact& contact : all)
+    if (owners[lower_id(contact.key)] == self)
+      last_.add(contact);
+    else
+      gone.push_back(contact);
+  return gone;
+}
+
+void Lifetimes::join(std::span<const Contact> contacts) {
+  for (const Contact& contact : contacts) last_.add(contact);
+}
+
 Lifetimes::ByThreshold Lifetimes::enduring() const {
   ByThreshold out = ended_;
   for (const Contact& contact : last_.contacts) add_enduring(contact.age, left(contact), out);

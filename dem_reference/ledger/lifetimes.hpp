@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "dem_reference/ledger/state.hpp"
@@ -26,9 +27,20 @@ inline constexpr std::array kEdges{0.5, 1.0,  1.5,  2.0,  3.0,  4.0,  6.0,
 
 using Heat = std::array<double, 3>;  // normal, tangential, rolling [J]
 
+/// The lower id of a contact's key (moment.hpp).
+inline std::uint64_t lower_id(std::uint64_t key) { return key >> 32; }
+
 /// Ages and accounts of the contacts, carried from sample to sample by the pair of ids.
 class Lifetimes {
  public:
+  /// What is carried of one; the same as in moment.py.
+  struct Contact {
+    std::uint64_t key = 0;
+    double age = 0.0;
+    Heat account{}, held{};
+    bool goes_on = false;  // whether the next sample has seen it
+  };
+
   /// interval: between samples, in binary contact times; threshold: in the same.
   Lifetimes(double interval, double threshold);
 
@@ -44,6 +56,11 @@ class Lifetimes {
   /// Ages and accounts between two samples.
   void state(State& of);
 
+  /// Between two samples, of ranks: the contacts whose grain of the lower id is another's now, by
+  /// the owner of each id, which go; and those that come.
+  std::vector<Contact> leave(std::span<const std::int32_t> owners, std::int32_t self);
+  void join(std::span<const Contact> contacts);
+
   using ByThreshold = std::array<double, kMultiples.size()>;
   /// Dissipated since the release by contacts older than each threshold [J].
   ByThreshold enduring() const;
@@ -51,12 +68,6 @@ class Lifetimes {
   const std::array<std::int64_t, kEdges.size() + 1>& count() const { return count_; }
 
  private:
-  struct Contact {
-    std::uint64_t key = 0;
-    double age = 0.0;
-    Heat account{}, held{};
-    bool goes_on = false;  // whether the next sample has seen it
-  };
   /// The contacts of one sample, in the order seen, and their places by key: a hash table without
   /// buckets, in which a search goes on to the next slot. With the standard one, whose
   /// entries lie apart, a sample's booking took 1.7 times as long.

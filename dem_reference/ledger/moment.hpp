@@ -83,7 +83,7 @@ using Parts = std::array<double, 3>;
 struct Pair {
   std::int64_t first, second;
   std::int64_t counts;           // 1 where this rank owns the grain of the lower id
-  std::uint64_t key;             // of the pair of ids, in whichever order
+  std::uint64_t key;             // of the pair of ids, the lower one in front
   Vector branch, normal, force;  // normal: from the second grain to the first; force: on the first
   Vector torque;                 // of rolling resistance, on the first
   double arm, overlap;           // arm: from the first centre to the contact point

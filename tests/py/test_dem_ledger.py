@@ -108,11 +108,12 @@ def test_accounts_are_those_of_plain_python(every_step, grains):
     )
 
 
-def parts_of(atoms: dict, rows: np.ndarray):
+def parts_of(atoms: dict, rows: np.ndarray, turn=0):
     """What each of two ranks is handed: grains of its half of the ids, those that touch them, and
-    the contacts of its grains.
+    the contacts of its grains; halves change hands with every turn.
     """
-    for mine in (atoms["id"] % 2 == 0, atoms["id"] % 2 == 1):
+    for rank in (0, 1):
+        mine = (atoms["id"] + turn) % 2 == rank
         ids = atoms["id"][mine]
         own_rows = rows[np.isin(rows[:, :2], ids).any(axis=1)]
         borrowed = np.isin(atoms["id"], own_rows[:, :2]) & ~mine
@@ -150,6 +151,46 @@ def test_sums_of_two_ranks_are_those_of_the_whole(every_step):
         assert both == pytest.approx(getattr(whole.held, name), rel=ROUND_OFF)
     error = max(one.held.force_error for one in shares)
     assert error == pytest.approx(whole.held.force_error, rel=ROUND_OFF)
+
+
+@pytest.mark.parametrize("handed", [True, False])
+@pytest.mark.parametrize("every_step", [False, True])
+def test_contacts_that_change_hands_keep_their_ages_and_accounts(every_step, handed):
+    """All of them in every other sample; where they are not handed over, they begin anew."""
+    history, kept = states(), []
+    whole, shares = new_moment(), [new_moment(), new_moment()]
+    accounts: list[Accounts] = []
+    for k, (atoms, rows) in enumerate(history):
+        look(whole, atoms, rows)
+        for one, (part, its_rows, owned) in zip(shares, parts_of(atoms, rows, k // 2)):
+            kept.append((part, its_rows))  # as long as it is looked at
+            look(one, part, its_rows, owned)
+        if k == 0:
+            sides = [whole, *shares]
+            accounts = [Accounts(one, INTERVAL, every_step, UNIT, THRESHOLD) for one in sides]
+            continue
+        if handed:
+            owners = (np.arange(atoms["id"].max() + 1) + k // 2) % 2
+            gone = [account.leave(owners, rank) for rank, account in enumerate(accounts[1:])]
+            assert all(one.size > 0 for one in gone) == (k % 2 == 0)
+            for account, carried in zip(accounts[1:], reversed(gone)):
+                account.join(carried)
+        for account, one in zip(accounts, [whole, *shares]):
+            account.add(one)
+    size = int(history[0][0]["id"].max()) + 1
+    heat, *parts = (a.by_id(m, size) for a, m in zip(accounts, [whole, *shares]))
+    assert sum(parts) == pytest.approx(heat, rel=1e-9, abs=1e-12 * np.abs(heat).max())
+    enduring = [a.row(m)[1] for a, m in zip(accounts, [whole, *shares])]
+    same = np.allclose(sum(enduring[1:]), enduring[0], rtol=1e-9, atol=1e-12 * np.abs(heat).sum())
+    for account in accounts:
+        account.finish()
+    ended, *halves = (account.lifetimes() for account in accounts)
+    contacts = sum(half.contacts for half in halves)
+    assert (same and np.array_equal(contacts, ended.contacts)) == handed
+    if handed:
+        assert sum(half.heat for half in halves) == pytest.approx(
+            ended.heat, rel=1e-9, abs=1e-12 * np.abs(ended.heat).sum()
+        )
 
 
 def test_parts_of_the_processor_time_add_up(tmp_path):

@@ -18,7 +18,7 @@ from cases.programs import call, program
 from compare.importing.options import Options
 from compare.importing.pipeline import convert
 from dem_reference import packing
-from dem_reference.collapse import release
+from dem_reference.release import release
 from dem_reference.plan import Plan
 from dem_reference.grains import Grains
 from dem_reference.run import main
