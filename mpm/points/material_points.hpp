@@ -145,6 +145,12 @@ class MaterialPoints {
     resize_of_step();
   }
 
+  /// With points elsewhere on what is the largest of all: largest(own).
+  template <class F>
+  void agree(F&& largest) {
+    loosest_mixed_ = largest(loosest_mixed_), most_solid_ = largest(most_solid_);
+  }
+
   bool axisymmetric() const { return axisymmetric_; }
 
   /// A step of dt begins, of which points take their strain and, if `moves`, their way.
