@@ -268,6 +268,31 @@ void run_if_it_fits(const Case& scene, const Start& start, const std::string& pa
   draft ? hdf5::with_room(path, disk, work) : work();
 }
 
+/// The exit code of `work`, whose failures are said: by the first rank those that all have at once.
+template <class F>
+int guarded(const std::string& path, const Ranks& ranks, F&& work) {
+  try {
+    return work();
+  } catch (const CaseError& error) {
+    if (ranks.here() == 0) fmt::print(stderr, "{}\n", error.what());
+    return 2;
+  } catch (const SolverError& error) {
+    if (ranks.here() == 0) fmt::print(stderr, "{}: {}\n", path, error.what());
+    return 3;
+  } catch (const NotBegun&) {
+    return 0;  // the first rank's code is what counts
+  } catch (const RoomError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "{}: out of memory choose larger cells, or fewer mpm.points_per_cell\n",
+               path);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}: {}\n", path, error.what());
+  }
+  ranks.abandon();  // the others wait for this one
+  return 3;
+}
+
 }  // namespace
 
 int run_program(int argc, char** argv, const Ranks& ranks) {
@@ -276,7 +301,7 @@ int run_program(int argc, char** argv, const Ranks& ranks) {
   std::vector<std::string> overrides;
   unsigned seed = 1;
   int threads = 1, wanted_ranks = 1;
-  bool show_progress = false, quiet = false, only_estimate = false, failed = true;
+  bool show_progress = false, quiet = false, only_estimate = false;
   line.option("case", path, "case file, or the folder of its case.toml")
       .required()
       .option("-o,--out", out, "result file")
@@ -300,7 +325,7 @@ int run_program(int argc, char** argv, const Ranks& ranks) {
     if (i > 0) command += ' ';
     command += quoted(argv[i]);
   }
-  try {
+  return guarded(path, ranks, [&] {
     if (only_estimate) {
       print(estimate(Case::load(path, overrides)));
       return 0;
@@ -311,29 +336,9 @@ int run_program(int argc, char** argv, const Ranks& ranks) {
     run_if_it_fits(Case::load(path, overrides), start, out,
                    {command, seed, threads * ranks.count()},
                    Progress(show_progress && ranks.here() == 0), ranks);
-    failed = false;
-  } catch (const CaseError& error) {
-    if (ranks.here() == 0) fmt::print(stderr, "{}\n", error.what());
-    return 2;
-  } catch (const SolverError& error) {
-    if (ranks.here() == 0) fmt::print(stderr, "{}: {}\n", path, error.what());
-    return 3;
-  } catch (const RoomError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-  } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "{}: out of memory choose larger cells, or fewer mpm.points_per_cell\n",
-               path);
-  } catch (const NotBegun&) {
-    return 3;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", path, error.what());
-  }
-  if (failed) {
-    ranks.abandon();  // the others wait for this one
-    return 3;
-  }
-  if (ranks.here() == 0 && !quiet && !show_progress) fmt::print("{}\n", out);
-  return 0;
+    if (ranks.here() == 0 && !quiet && !show_progress) fmt::print("{}\n", out);
+    return 0;
+  });
 }
 
 }  // namespace grainpair

@@ -11,7 +11,7 @@ constexpr std::size_t unit = 8;
 
 int in_units(std::size_t bytes) {
   const std::size_t units = (bytes + unit - 1) / unit;
-  if (units > std::size_t{INT_MAX}) throw std::length_error("more than MPI can be told of");
+  if (units > std::size_t{INT_MAX}) throw std::length_error("MPI: more than 16 GB in one message");
   return static_cast<int>(units);
 }
 

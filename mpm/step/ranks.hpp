@@ -9,7 +9,6 @@
 #include <cstring>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -28,9 +27,7 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
 }
 
 /// Another rank has said why nothing begins.
-struct NotBegun : std::runtime_error {
-  NotBegun() : std::runtime_error("another rank could not begin") {}
-};
+struct NotBegun {};
 
 class Ranks {
  public:

@@ -215,25 +215,15 @@ class Solver final : public Simulation {
   struct Shared {
     int begin, end;
   };
-  Shared shared_nodes(int cut) const {
-    return {cut - box_drift, std::min(cut + 1 + kernel_->support, grid_.axes[0].nodes)};
-  }
-  static Shared shared_cells(int cut) { return {cut - box_drift, cut + box_drift}; }
+  Shared shared_nodes(int cut) const;
+  static Shared shared_cells(int cut);
   /// Columns of cells of this rank; those of nodes that it counts are as many, and at the last of
   /// them all that follow.
   int first_column() const { return cuts_[static_cast<std::size_t>(ranks().here())]; }
   int end_column() const { return cuts_[static_cast<std::size_t>(ranks().here()) + 1]; }
   /// Of what slices of nodes have, that of those which are nobody else's images, and no other rank
   /// counts.
-  std::span<const Work> counted(const std::vector<Work>& all) const {
-    const Period& period = setup_.period;
-    if (period)
-      return std::span(all).subspan(Period::beside, static_cast<std::size_t>(period.cells));
-    if (!ranks().many()) return all;
-    const auto begin = std::min(all.size(), static_cast<std::size_t>(first_column()));
-    const auto end = std::min(all.size(), static_cast<std::size_t>(end_column()));
-    return std::span(all).subspan(begin, (ranks().has_right() ? end : all.size()) - begin);
-  }
+  std::span<const Work> counted(const std::vector<Work>& all) const;
   /// Number of the first node in memory.
   std::size_t first_in_memory() const { return first_node_; }
   /// Throws it, or keeps it until all ranks know.

@@ -53,6 +53,26 @@ class Moving final : public Archive {
 
 }  // namespace
 
+template <int D>
+auto Solver<D>::shared_nodes(int cut) const -> Shared {
+  return {cut - box_drift, std::min(cut + 1 + kernel_->support, grid_.axes[0].nodes)};
+}
+
+template <int D>
+auto Solver<D>::shared_cells(int cut) -> Shared {
+  return {cut - box_drift, cut + box_drift};
+}
+
+template <int D>
+auto Solver<D>::counted(const std::vector<Work>& all) const -> std::span<const Work> {
+  const Period& period = setup_.period;
+  if (period) return std::span(all).subspan(Period::beside, static_cast<std::size_t>(period.cells));
+  if (!ranks().many()) return all;
+  const auto begin = std::min(all.size(), static_cast<std::size_t>(first_column()));
+  const auto end = std::min(all.size(), static_cast<std::size_t>(end_column()));
+  return std::span(all).subspan(begin, (ranks().has_right() ? end : all.size()) - begin);
+}
+
 /// Adds up what points of two ranks gave to the nodes of both.
 template <int D>
 void Solver<D>::fold_ranks(Folded what) {
@@ -233,6 +253,12 @@ void Solver<D>::agree() {
   }
 }
 
+template auto Solver<2>::shared_nodes(int) const -> Shared;
+template auto Solver<3>::shared_nodes(int) const -> Shared;
+template auto Solver<2>::shared_cells(int) -> Shared;
+template auto Solver<3>::shared_cells(int) -> Shared;
+template auto Solver<2>::counted(const std::vector<Work>&) const -> std::span<const Work>;
+template auto Solver<3>::counted(const std::vector<Work>&) const -> std::span<const Work>;
 template void Solver<2>::fold_ranks(Folded);
 template void Solver<3>::fold_ranks(Folded);
 template void Solver<2>::fold_ranks(GivingCells&) const;
