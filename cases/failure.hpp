@@ -78,6 +78,9 @@ struct SolverError : std::runtime_error {
       : std::runtime_error(
             fmt::format("{} [{}]", fmt::format(line, std::forward<Args>(args)...), name(failure))),
         code(failure) {}
+  /// Of a line that ends in its code already.
+  SolverError(Failure failure, const std::string& whole)
+      : std::runtime_error(whole), code(failure) {}
   Failure code;
 };
 

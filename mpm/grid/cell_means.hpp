@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -67,6 +68,11 @@ class GivingCells {
   void copy_slice(std::size_t slice, std::size_t to, std::size_t slices) {
     const std::size_t cells = sums_.size() / slices;
     for (std::size_t c = 0; c < cells; ++c) sums_[to * cells + c] = sums_[slice * cells + c];
+  }
+  /// The cells of slices begin ... end - 1 of `slices` alike.
+  std::span<CellSums<double>> cells_of(std::size_t begin, std::size_t end, std::size_t slices) {
+    const std::size_t cells = sums_.size() / slices;
+    return std::span(sums_).subspan(begin * cells, (end - begin) * cells);
   }
 
  private:

@@ -29,35 +29,47 @@ void describe_record(hid_t object, const Dimension& dimension, const std::string
   if (!doc.empty()) hdf5::write_attribute(object, "doc", doc);
 }
 
+/// Columns of a frame. Points move between frames in memory, and from rank to rank; in the file a
+/// point keeps its row.
 class Records {
  public:
-  Records(hid_t parent, std::size_t n) : parent_(parent), n_(n) {}
+  /// `parent`: none where another rank writes what this one has.
+  Records(std::optional<hid_t> parent, const Simulation& simulation) : ranks_(simulation.ranks()) {
+    std::vector<std::uint32_t> ids;
+    simulation.visit_points([&](const auto& points) {
+      for (const std::size_t p : points.occupied())
+        places_.push_back(p), ids.push_back(points.id[p]);
+    });
+    row_ = ranks_.gathered(std::move(ids));
+    parent_ = parent;
+  }
 
+  /// value(place of a point of this rank)
   template <class T, class F>
   void scalar(const std::string& name, const std::string& unit, const Dimension& dimension,
               F&& value, const std::string& doc = "") {
-    const auto dataset = component<T>(parent_, name, unit, value);
-    describe_record(dataset, dimension, doc);
+    component<T>(parent_, name, unit, value,
+                 [&](hid_t dataset) { describe_record(dataset, dimension, doc); });
   }
 
   template <class F>
   void tensor(const std::string& name, const std::string& unit, const Dimension& dimension,
               const std::vector<std::string>& components, F&& value, const std::string& doc = "") {
-    const auto group = hdf5::create_group(parent_, name);
-    describe_record(group, dimension, doc);
+    const auto group = group_of(name, dimension, doc);
     for (std::size_t c = 0; c < components.size(); ++c)
-      component<double>(group, components[c], unit,
-                        [&](std::size_t p) { return value(p, static_cast<int>(c)); });
+      component<double>(
+          group ? std::optional<hid_t>(*group) : std::nullopt, components[c], unit,
+          [&](std::size_t p) { return value(p, static_cast<int>(c)); }, [](hid_t) {});
   }
 
   /// A record that is zero everywhere: one number for each component.
   void zero(const std::string& name, const std::string& unit, const Dimension& dimension,
             const std::vector<std::string>& components) {
-    const auto group = hdf5::create_group(parent_, name);
-    describe_record(group, dimension, "");
-    const std::uint64_t shape[] = {n_};
+    const auto group = group_of(name, dimension, "");
+    if (!group) return;
+    const std::uint64_t shape[] = {row_.size()};
     for (const auto& each : components) {
-      const auto component = hdf5::create_group(group, each);
+      const auto component = hdf5::create_group(*group, each);
       hdf5::write_attribute(component, "value", 0.0);
       hdf5::write_attribute(component, "shape", std::span<const std::uint64_t>(shape));
       describe_component(component, unit);
@@ -65,18 +77,31 @@ class Records {
   }
 
  private:
-  template <class T, class F>
-  hdf5::Handle component(hid_t parent, const std::string& name, const std::string& unit,
-                         F&& value) {
-    std::vector<T> values(n_);
-    for (std::size_t p = 0; p < n_; ++p) values[p] = static_cast<T>(value(p));
-    auto dataset = hdf5::write_dataset<T>(parent, name, values);
+  std::unique_ptr<hdf5::Handle> group_of(const std::string& name, const Dimension& dimension,
+                                         const std::string& doc) {
+    if (!parent_) return nullptr;
+    auto out = std::make_unique<hdf5::Handle>(hdf5::create_group(*parent_, name));
+    describe_record(*out, dimension, doc);
+    return out;
+  }
+  template <class T, class F, class G>
+  void component(std::optional<hid_t> parent, const std::string& name, const std::string& unit,
+                 F&& value, G&& describe) {
+    std::vector<T> own(places_.size());
+    for (std::size_t k = 0; k < own.size(); ++k) own[k] = static_cast<T>(value(places_[k]));
+    const std::vector<T> found = ranks_.gathered(std::move(own));
+    if (!parent) return;
+    std::vector<T> values(found.size());
+    for (std::size_t k = 0; k < found.size(); ++k) values[row_[k]] = found[k];
+    const auto dataset = hdf5::write_dataset<T>(*parent, name, values);
     describe_component(dataset, unit);
-    return dataset;
+    describe(dataset);
   }
 
-  hid_t parent_;
-  std::size_t n_;
+  const Ranks& ranks_;
+  std::optional<hid_t> parent_;
+  std::vector<std::size_t> places_;  // of the points of this rank
+  std::vector<std::uint32_t> row_;   // of what is gathered
 };
 
 std::string today() {
@@ -118,14 +143,14 @@ void copy_frames(const std::string& path, hid_t to) {
 
 }  // namespace
 
-Output::Output(Draft& draft, const Case& scene, const Provenance& provenance)
+Output::Output(Draft* draft, const Case& scene, const Provenance& provenance)
     : draft_(draft), scene_(scene), provenance_(provenance) {
-  file();
+  if (draft_) file();
 }
 
 hid_t Output::file() {
   if (file_) return *file_;
-  file_ = std::make_unique<hdf5::Handle>(hdf5::create_file(draft_.name()));
+  file_ = std::make_unique<hdf5::Handle>(hdf5::create_file(draft_->name()));
   const auto write = [&](const char* name, const auto& value) {
     hdf5::write_attribute(*file_, name, value);
   };
@@ -158,37 +183,36 @@ hid_t Output::file() {
 }
 
 void Output::frame(const Simulation& simulation, long step, double dt) {
-  const auto group = hdf5::create_group(file(), fmt::format("data/{}", step));
-  hdf5::write_attribute(group, "time", simulation.time());
-  hdf5::write_attribute(group, "dt", dt);
-  hdf5::write_attribute(group, "timeUnitSI", 1.0);
-  const auto cloud = hdf5::create_group(group, "particles/cloud");
+  std::optional<hdf5::Handle> cloud;
+  if (draft_) {
+    const auto group = hdf5::create_group(file(), fmt::format("data/{}", step));
+    hdf5::write_attribute(group, "time", simulation.time());
+    hdf5::write_attribute(group, "dt", dt);
+    hdf5::write_attribute(group, "timeUnitSI", 1.0);
+    cloud.emplace(hdf5::create_group(group, "particles/cloud"));
+  }
   const std::vector<std::string> xyz{"x", "y", "z"};
   simulation.visit_points([&](const auto& points) {
-    // points move between frames in memory; in the file a point keeps its row
-    std::vector<std::size_t> row(simulation.size());
-    for (const std::size_t p : points.occupied()) row[points.id[p]] = p;
     const double solid_density = simulation.solid_density();
-    Records records(cloud, row.size());
-    const auto of = [&](const auto& field) { return [&](std::size_t i) { return field[row[i]]; }; };
+    Records records(cloud ? std::optional<hid_t>(*cloud) : std::nullopt, simulation);
+    const auto of = [](const auto& field) { return [&](std::size_t p) { return field[p]; }; };
     records.tensor("position", "m", length, xyz,
-                   [&](std::size_t i, int c) { return simulation.position(row[i])[c]; });
+                   [&](std::size_t p, int c) { return simulation.position(p)[c]; });
     records.zero("positionOffset", "m", length, xyz);
     records.tensor("velocity", "m/s", speed, xyz,
-                   [&](std::size_t i, int c) { return simulation.velocity(row[i])[c]; });
+                   [&](std::size_t p, int c) { return simulation.velocity(p)[c]; });
     records.tensor(
         "stress", "Pa", stress, {"xx", "yy", "zz", "xy", "yz", "zx"},
-        [&](std::size_t i, int c) {
+        [&](std::size_t p, int c) {
           // what the grid feels: the pressure averaged as the volumetric rate is
-          return c < 3 ? points.sigma[row[i]][c] + simulation.pressure_correction(row[i])
-                       : points.sigma[row[i]][c] / std::numbers::sqrt2;
+          return c < 3 ? points.sigma[p][c] + simulation.pressure_correction(p)
+                       : points.sigma[p][c] / std::numbers::sqrt2;
         },
         "total, compression positive");
     records.template scalar<std::uint64_t>("id", "-", none, of(points.id));
     records.template scalar<double>("mass", "kg", mass, of(points.mass));
-    records.template scalar<double>("solid_volume", "m3", volume, [&](std::size_t i) {
-      return points.mass[row[i]] / solid_density;
-    });
+    records.template scalar<double>("solid_volume", "m3", volume,
+                                    [&](std::size_t p) { return points.mass[p] / solid_density; });
     records.template scalar<double>("void_ratio", "-", none, of(points.void_ratio));
     records.template scalar<double>("granular_temperature", "m2/s2", speed_squared,
                                     of(points.granular_temperature));
@@ -204,6 +228,7 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
                                     of(points.contact));
     records.template scalar<double>("conducted", "J/kg", speed_squared, of(points.conducted));
   });
+  if (!draft_) return;
   hdf5::flush(*file_);
   has_frames_ = true;
 }
@@ -221,7 +246,7 @@ void Output::energies(const Simulation& simulation, const TimeStep& step) {
 }
 
 void Output::warnings(const std::vector<std::string>& lines) {
-  hdf5::write_attribute(file(), "warnings", told(lines));
+  if (draft_) hdf5::write_attribute(file(), "warnings", told(lines));
 }
 
 void Output::write_history() {
@@ -275,6 +300,7 @@ void Output::write_history() {
 
 void Output::finish(const std::string& end_reason, const Spent& spent, double wall_seconds,
                     long steps, const std::vector<std::string>& earlier) {
+  if (!draft_) return;
   for (const std::string& path : earlier) copy_frames(path, file());
   hdf5::write_attribute(file(), "end_reason", end_reason);
   hdf5::write_attribute(*file_, "cpu_seconds", spent.whole);
@@ -285,7 +311,7 @@ void Output::finish(const std::string& end_reason, const Spent& spent, double wa
   hdf5::write_attribute(*file_, "steps", static_cast<std::int64_t>(steps));
   write_history();
   file_->finish();
-  draft_.finish();
+  draft_->finish();
 }
 
 }  // namespace grainpair

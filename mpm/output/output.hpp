@@ -24,12 +24,18 @@ struct Spent {
   double engine = 0.0;  // of it: the solver's own steps
   double output = 0.0;  // frames and files
   double setup = 0.0;   // start of the program, reading, first state
+
+  Spent& operator+=(const Spent& more) {
+    whole += more.whole, engine += more.engine, output += more.output, setup += more.setup;
+    return *this;
+  }
 };
 
 class Output {
  public:
-  /// Nothing appears at the draft's path before finish().
-  Output(Draft& draft, const Case& scene, const Provenance& provenance);
+  /// Nothing appears at the draft's path before finish(). Of ranks that share a run the first alone
+  /// has a draft; the others send it what they have.
+  Output(Draft* draft, const Case& scene, const Provenance& provenance);
 
   /// The draft can be read up to the last frame if the process is killed (h5clear -s first).
   void frame(const Simulation& simulation, long step, double dt);
@@ -54,7 +60,7 @@ class Output {
   };
   hid_t file();  // begun where there is none
   void write_history();
-  Draft& draft_;
+  Draft* draft_;
   const Case& scene_;
   Provenance provenance_;
   std::unique_ptr<hdf5::Handle> file_;

@@ -12,31 +12,10 @@
 #include "mpm/points/kinematics.hpp"
 #include "mpm/points/material.hpp"
 #include "mpm/points/numerics.hpp"
+#include "mpm/points/point_sums.hpp"
 #include "mpm/points/points.hpp"
 
 namespace grainpair {
-
-/// Points that are taken together.
-struct Strip {
-  std::size_t begin, end;
-};
-
-/// The point that allows the smallest step.
-struct Fastest {
-  double rate = 0.0;  // 2/dt [1/s]
-  Limit limit = Limit::none;
-  std::uint32_t point = 0;  // its id
-};
-
-/// Sums over the points of a strip, lane by lane until they are asked for; kept by strip so that
-/// their order never changes.
-struct PointSums {
-  EnergiesOf<Wide> energies;  // stored and fluctuation held; what is dissipated is of the step [J]
-  Wide mixing = 0.0, potential = 0.0;          // [J]
-  double detached = 0.0;                       // [J]
-  std::ptrdiff_t inverted = -1, escaped = -1;  // points that ended the run
-  Fastest fastest;
-};
 
 /// What the law is to see of a step, and what it is not.
 struct Strained {
@@ -143,6 +122,12 @@ class MaterialPoints {
     to.list("shared_pressure", shared_pressure);
     to.structure<int>("box_begin", box.begin), to.structure<int>("box_end", box.end);
     resize_of_step();
+  }
+
+  /// With points elsewhere on what is the largest of all: largest(own).
+  template <class F>
+  void agree(F&& largest) {
+    loosest_mixed_ = largest(loosest_mixed_), most_solid_ = largest(most_solid_);
   }
 
   bool axisymmetric() const { return axisymmetric_; }

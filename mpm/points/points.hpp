@@ -16,6 +16,8 @@ struct Order {
   std::vector<std::uint32_t> from;
   std::vector<std::uint32_t> fillers;  // their places
 
+  /// One place, of nothing, where there are no points.
+  void keep_one() { from.assign(1, 0), fillers.assign(1, 0); }
   void fill_up() {
     for (const std::uint32_t last = from.back(); from.size() < whole(from.size());) {
       fillers.push_back(static_cast<std::uint32_t>(from.size()));

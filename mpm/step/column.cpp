@@ -17,10 +17,11 @@ namespace {
 /// point.
 template <int dim>
 void start_from(const Packing& packing, const Case& scene, double volume, Points<dim>& points,
-                std::vector<InitialState>& initial) {
+                std::vector<InitialState>& initial, const Ranks& ranks) {
   std::vector<std::size_t> count(packing.cells(), 0), cell(points.size());
   for (std::size_t p = 0; p < points.size(); ++p)
     ++count[cell[p] = packing.cell_of(points.x[p][0], points.x[p][1])];
+  ranks.sum(std::span(count));
   for (std::size_t c = 0; c < count.size(); ++c)
     if ((count[c] == 0) != (packing.mass(c) == 0.0))
       throw CaseError(fmt::format(
@@ -126,16 +127,20 @@ Lattice lattice_of(const Case& scene, const Numerics& numerics) {
   return out;
 }
 
-/// Points on the lattice, and the K0 stress under their own weight: sigma_yy = rho_s g (H - y)/(1 +
-/// e0), sigma_xx = sigma_zz = K0 sigma_yy; or from a settled packing.
+/// A rank's points on the lattice, as many of its columns as others have, and the K0 stress under
+/// their own weight: sigma_yy = rho_s g (H - y)/(1 + e0), sigma_xx = sigma_zz = K0 sigma_yy; or
+/// from a settled packing.
 template <int dim>
 Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& start,
-                      bool axisymmetric, std::vector<InitialState>& initial) {
+                      bool axisymmetric, std::vector<InitialState>& initial, const Ranks& ranks) {
   const double H = scene.number("geometry.height"), g = normal_gravity(scene);
   const double rho_s = scene.number("grains.density"), e0 = scene.number("initial.void_ratio");
   const auto& [count, pitch, foot] = lattice;
   Points<dim> points;
-  const auto n = lattice.points();
+  const auto column = lattice.points() / static_cast<std::size_t>(count[0]);
+  const int begin = count[0] * ranks.here() / ranks.count();
+  const int end = count[0] * (ranks.here() + 1) / ranks.count();
+  const auto n = static_cast<std::size_t>(end - begin) * column;
   points.resize(n);
   initial.resize(n);
   std::mt19937_64 random(start.seed);
@@ -144,8 +149,10 @@ Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& st
   const double K0 = scene.number("initial.lateral_stress_ratio");
   const double temperature = scene.number("initial.granular_temperature");
   const double velocity = scene.number("initial.velocity");
+  random.discard(static_cast<std::size_t>(begin) * column * dim);  // of the columns before
+  const std::size_t before = static_cast<std::size_t>(begin) * column;
   std::size_t p = 0;
-  for (int i = 0; i < count[0]; ++i)
+  for (int i = begin; i < end; ++i)
     for (int j = 0; j < count[1]; ++j)
       for (int k = 0; k < count[2]; ++k, ++p) {
         const std::array<int, 3> index{i, j, k};
@@ -156,7 +163,7 @@ Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& st
         const double depth = axisymmetric ? 2.0 * std::numbers::pi * points.x[p][0] : pitch[2];
         points.mass[p] = rho_s / (1.0 + e0) * pitch[0] * pitch[1] * depth;
         points.void_ratio[p] = e0;
-        points.id[p] = static_cast<std::uint32_t>(p);
+        points.id[p] = static_cast<std::uint32_t>(before + p);
         const double sigma_v = rho_s * g / (1.0 + e0) * (H - points.x[p][1]);
         points.v[p][0] = 2.0 * velocity * points.x[p][1] / H;
         points.x[p][1] += foot;
@@ -164,7 +171,7 @@ Points<dim> points_of(const Case& scene, const Lattice& lattice, const Start& st
                       temperature};
       }
   if (start.packing)
-    start_from(*start.packing, scene, pitch[0] * pitch[1] * pitch[2], points, initial);
+    start_from(*start.packing, scene, pitch[0] * pitch[1] * pitch[2], points, initial, ranks);
   return points;
 }
 
@@ -184,7 +191,7 @@ template <int dim>
 std::unique_ptr<Simulation> column(const Case& scene, const SolverSetup<dim>& setup,
                                    const Lattice& lattice, const Start& start) {
   std::vector<InitialState> initial;
-  auto points = points_of<dim>(scene, lattice, start, setup.axisymmetric, initial);
+  auto points = points_of<dim>(scene, lattice, start, setup.axisymmetric, initial, *setup.ranks);
   return std::make_unique<Solver<dim>>(setup, kernel_of<dim>(scene, setup), std::move(points),
                                        material_registry().at(scene.word("material.law"))(scene),
                                        initial);
@@ -194,9 +201,10 @@ std::unique_ptr<Simulation> column(const Case& scene, const SolverSetup<dim>& se
 
 template <int dim>
 std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics,
-                                        const Start& start) {
-  return column<dim>(scene, setup_of<dim>(scene, numerics), lattice_of<dim>(scene, numerics),
-                     start);
+                                        const Start& start, const Ranks& ranks) {
+  auto setup = setup_of<dim>(scene, numerics);
+  setup.ranks = &ranks;
+  return column<dim>(scene, setup, lattice_of<dim>(scene, numerics), start);
 }
 
 template <int dim>
@@ -228,7 +236,9 @@ Cost cost_of_column(const Case& scene, const Numerics& numerics) {
 
 template Cost cost_of_column<2>(const Case&, const Numerics&);
 template Cost cost_of_column<3>(const Case&, const Numerics&);
-template std::unique_ptr<Simulation> make_column<2>(const Case&, const Numerics&, const Start&);
-template std::unique_ptr<Simulation> make_column<3>(const Case&, const Numerics&, const Start&);
+template std::unique_ptr<Simulation> make_column<2>(const Case&, const Numerics&, const Start&,
+                                                    const Ranks&);
+template std::unique_ptr<Simulation> make_column<3>(const Case&, const Numerics&, const Start&,
+                                                    const Ranks&);
 
 }  // namespace grainpair

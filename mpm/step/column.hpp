@@ -11,7 +11,7 @@ namespace grainpair {
 /// Throws CaseError where the case's grid or packing does not fit.
 template <int dim>
 std::unique_ptr<Simulation> make_column(const Case& scene, const Numerics& numerics,
-                                        const Start& start);
+                                        const Start& start, const Ranks& ranks);
 
 /// Points, nodes, memory and first step; of steps and seconds nothing (cost.hpp).
 template <int dim>

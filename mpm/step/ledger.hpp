@@ -21,6 +21,15 @@ struct EnergyLedger {  // [J]
 
   double conducted = 0.0;  // passed from point to point; part of no sum
 
+  EnergyLedger& operator+=(const EnergyLedger& more) {
+    kinetic += more.kinetic, potential += more.potential, stored += more.stored;
+    fluctuation += more.fluctuation, plastic += more.plastic, regime_4 += more.regime_4;
+    contact += more.contact, wall += more.wall, transfer += more.transfer;
+    time_integration += more.time_integration, mixing += more.mixing, detached += more.detached;
+    conduction += more.conduction, slope += more.slope, conducted += more.conducted;
+    return *this;
+  }
+
   double held() const { return kinetic + potential + stored + fluctuation; }
   double dissipated() const { return plastic + regime_4 + contact + wall; }
   double numerical() const { return transfer + time_integration + mixing + detached + conduction; }

@@ -73,18 +73,36 @@ void check(const Start& start, const Case& scene) {
                       scene.path(), key[d], scene.number(key[d]), packing.path(), extent[d]));
 }
 
+/// Refuses a scene that ranks cannot share, or too many of them for its column.
+void check(const Ranks& ranks, const Case& scene) {
+  if (scene.chute())
+    throw CaseError(fmt::format(
+        "{}: geometry.scene: ranks share no chute (its grid repeats) take --threads instead",
+        scene.path()));
+  constexpr double least = 8.0;  // cells of a rank: else three would share nodes
+  const double cells = scene.number("geometry.length") / scene.number("mpm.cell_size");
+  if (cells < least * ranks.count())
+    throw CaseError(fmt::format(
+        "{}: --ranks {}: the column is {:.0f} cells long (a rank takes {:.0f} at least) take "
+        "{:.0f} "
+        "at most, or smaller mpm.cell_size",
+        scene.path(), ranks.count(), cells, least, std::max(1.0, std::floor(cells / least))));
+}
+
 }  // namespace
 
 double time_scale(const Case& scene) {
   return std::sqrt(scene.number("geometry.height") / scene.number("geometry.gravity"));
 }
 
-std::unique_ptr<Simulation> make_simulation(const Case& scene, const Start& start) {
+std::unique_ptr<Simulation> make_simulation(const Case& scene, const Start& start,
+                                            const Ranks& ranks) {
   check(start, scene);
+  if (ranks.many()) check(ranks, scene);
   const Numerics numerics = numerics_of(scene);
   const std::string& kinematics = scene.word("geometry.dimension");
-  if (kinematics == "three_dimensional") return make_column<3>(scene, numerics, start);
-  return make_column<2>(scene, numerics, start);
+  if (kinematics == "three_dimensional") return make_column<3>(scene, numerics, start, ranks);
+  return make_column<2>(scene, numerics, start, ranks);
 }
 
 /// Steps land on the frames. They are bounded by what the stress at the start allows, shortened as

@@ -10,6 +10,7 @@
 #include "mpm/points/packing.hpp"
 #include "mpm/points/points.hpp"
 #include "mpm/step/ledger.hpp"
+#include "mpm/step/ranks.hpp"
 
 namespace grainpair {
 
@@ -28,7 +29,9 @@ class Simulation {
   /// All that later steps depend on. A simulation that is put back so goes on to the last bit.
   virtual void archive(Archive& to) = 0;
   virtual double time() const = 0;
+  /// Of all ranks.
   virtual const EnergyLedger& ledger() const = 0;
+  virtual const Ranks& ranks() const { return alone(); }
   virtual double solid_density() const = 0;  // [kg/m3]
   /// Whether elastic and plastic energy are figures of the law's own.
   virtual bool tells_energies() const { return true; }
@@ -48,7 +51,7 @@ class Simulation {
     if (plane()) return f(*plane());
     f(*space());
   }
-  /// How many points there are.
+  /// How many points there are, of this rank.
   std::size_t size() const {
     std::size_t count = 0;
     visit_points([&](const auto& points) { count = points.occupied().size(); });
@@ -63,8 +66,9 @@ struct Start {
   std::optional<Packing> packing = std::nullopt;
 };
 
-/// Builds the column of a case. Throws CaseError.
-std::unique_ptr<Simulation> make_simulation(const Case& scene, const Start& start);
+/// Builds the column of a case, or a rank's share of it. Throws CaseError.
+std::unique_ptr<Simulation> make_simulation(const Case& scene, const Start& start,
+                                            const Ranks& ranks = alone());
 
 /// sqrt(H/g) [s], the unit of the case's times.
 double time_scale(const Case& scene);

@@ -17,6 +17,7 @@
 #include "mpm/grid/walls.hpp"
 #include "mpm/points/body.hpp"
 #include "mpm/step/period.hpp"
+#include "mpm/step/ranks.hpp"
 #include "mpm/step/simulation.hpp"
 #include "mpm/step/team.hpp"
 #include "mpm/step/transfer_kernel.hpp"
@@ -36,6 +37,7 @@ struct SolverSetup {
   Numerics numerics;
   Period period = {};  // along x; cells[0] are then all its cells
   Shelf shelf = {};    // bottom of a silo
+  const Ranks* ranks = &alone();
 };
 
 /// The stages are in solver_*.cpp, the two sweeps between points and nodes in the kernel.
@@ -75,6 +77,7 @@ class Solver final : public Simulation {
     }
     if (setup_.numerics.conduction) conduct(dt);
     share_pressure();
+    agree();
   }
   void step(double dt, StageTimes& times) override {
     times_ = &times;
@@ -86,7 +89,8 @@ class Solver final : public Simulation {
   void archive(Archive& to) override;
 
   double time() const override { return time_; }
-  const EnergyLedger& ledger() const override { return ledger_; }
+  const EnergyLedger& ledger() const override { return ranks().many() ? all_ : ledger_; }
+  const Ranks& ranks() const override { return *setup_.ranks; }
   double solid_density() const override { return setup_.solid_density; }
   bool tells_energies() const override { return body_->tells_energies(); }
   Vec3 position(std::size_t p) const override {
@@ -122,6 +126,8 @@ class Solver final : public Simulation {
   friend struct SolverStages;  // a test that adds a body force between two stages
   /// Of points between sortings, in cells: the more they drift, the fewer share their nodes.
   static constexpr double drift_limit = 0.4;
+  /// Cells, to either side of the points, that they are given room to drift into.
+  static constexpr int box_drift = 2;
   /// Strips of one colour go side by side: from the first to the last node that points of a strip
   /// reach, which may have drifted by a cell to either side, there are strip_width + reach + 1,
   /// less than `colours` strips. Three colours allow thinner ones, of which a cube has more to
@@ -196,6 +202,35 @@ class Solver final : public Simulation {
   void fold(GivingCells& cells) const;
   void put_back();
   double energy_along() const;
+
+  // solver_ranks.cpp
+  void fold_ranks(Folded what);
+  void fold_ranks(GivingCells& cells) const;
+  void cut();
+  void hand_over();
+  void put_in(Order& order, const Bytes& count, const Bytes& come);
+  void widen_box();
+  void agree();
+  /// Slices of nodes, or of cells, that two ranks give to.
+  struct Shared {
+    int begin, end;
+  };
+  Shared shared_nodes(int cut) const;
+  static Shared shared_cells(int cut);
+  /// Columns of cells of this rank; those of nodes that it counts are as many, and at the last of
+  /// them all that follow.
+  int first_column() const { return cuts_[static_cast<std::size_t>(ranks().here())]; }
+  int end_column() const { return cuts_[static_cast<std::size_t>(ranks().here()) + 1]; }
+  /// Of what slices of nodes have, that of those which are nobody else's images, and no other rank
+  /// counts.
+  std::span<const Work> counted(const std::vector<Work>& all) const;
+  /// Number of the first node in memory.
+  std::size_t first_in_memory() const { return first_node_; }
+  /// Throws it, or keeps it until all ranks know.
+  void fail(const SolverError& error) {
+    if (!ranks().many()) throw error;
+    if (!failed_) failed_ = error;
+  }
   /// Where the period begins on the grid [m].
   double origin() const { return setup_.period ? Period::beside * setup_.numerics.h : 0.0; }
 
@@ -328,7 +363,7 @@ class Solver final : public Simulation {
   MaterialPoints<dim>& material_ = exchange_.material;
   Points<dim>& points_ = material_.points;
   Grid<dim>& grid_ = exchange_.grid;
-  std::vector<FloatNode<dim>>& velocities_ = exchange_.velocities;
+  Window<FloatNode<dim>>& velocities_ = exchange_.velocities;
   int strip_width_;  // cells
   std::unique_ptr<Body> body_;
   GivenCells pressures_;                         // of the points as they are
@@ -348,7 +383,12 @@ class Solver final : public Simulation {
   double time_ = 0.0;
   double passed_ = 0.0;  // energy along the slope of the periods that points have passed [J]
   EnergyLedger ledger_;
-  StageTimes* times_ = nullptr;  // where somebody asks for them
+  std::vector<int> cuts_;       // of ranks: the column of cells where each begins, and the end
+  std::size_t first_node_ = 0;  // that is in memory
+  EnergyLedger all_;            // sums over the ranks
+  std::optional<SolverError> failed_;    // what this rank has to throw
+  std::vector<double> to_[2], from_[2];  // sums of nodes on their way to and from the neighbours
+  StageTimes* times_ = nullptr;          // where somebody asks for them
 };
 
 extern template class Solver<2>;

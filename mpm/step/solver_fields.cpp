@@ -20,7 +20,8 @@ void Solver<D>::conduct(double dt) {
       rates[s] = std::max(rates[s], scratch_[p] / points_.mass[p]);
     });
   });
-  const double fastest = *std::max_element(rates.begin(), rates.end());
+  const double fastest =
+      ranks().largest(rates.empty() ? 0.0 : *std::max_element(rates.begin(), rates.end()));
   const auto rounds = static_cast<long>(std::ceil(dt * fastest * 4.0 * dim / (0.5 * 1.5 * h * h)));
   for (long round = 0; round < rounds; ++round) {
     for_each_slice([&](int i) { clear_nodes(i); });

@@ -96,9 +96,7 @@ GRAINPAIR_FLATTEN auto Solver<D>::accelerate(LoadedGrid grid, double dt) -> Movi
     });
     work_[static_cast<std::size_t>(i)] = sum;
   });
-  const Period& period = setup_.period;  // its slices alone count, those beside are their images
-  const auto begin = work_.begin() + (period ? Period::beside : 0);
-  for (const Work& c : std::span(begin, period ? begin + period.cells : work_.end())) {
+  for (const Work& c : counted(work_)) {
     ledger_.transfer += c.gain;  // the points book the other halves of both mappings
     ledger_.wall += c.wall;
     ledger_.time_integration -=

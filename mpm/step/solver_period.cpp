@@ -7,9 +7,11 @@
 namespace grainpair {
 
 /// Adds what points gave beside the period to its image, and shows it there: mass and momenta,
-/// forces, or both. Nothing where the grid does not repeat.
+/// forces, or both. The same where ranks meet. Nothing where the grid neither repeats nor is
+/// shared.
 template <int D>
 void Solver<D>::fold(Folded what) {
+  if (ranks().many()) return fold_ranks(what);
   if (!setup_.period) return;
   const bool motion = what != Folded::changes, change = what != Folded::momenta;
   const int rows = (material_.box.end[1] - material_.box.begin[1]) * grid_.stride[1];
@@ -38,6 +40,7 @@ void Solver<D>::fold(Folded what) {
 /// The same of the sums of cells.
 template <int D>
 void Solver<D>::fold(GivingCells& cells) const {
+  if (ranks().many()) return fold_ranks(cells);
   if (!setup_.period) return;
   const int slices = material_.box.end[0] - material_.box.begin[0];
   const auto images = [&](auto&& f) {

@@ -15,7 +15,11 @@ void Solver<D>::update_points(StrainedPoints strained, double dt, Moves moves) {
   material_.begin(dt, moves == Moves::yes);
   for_each_strip(
       [&](std::size_t s) { body_->advance(material_, cells, strips_[s], point_sums_[s]); });
-  body_->check();
+  try {
+    body_->check();
+  } catch (const SolverError& error) {
+    fail(error);
+  }
   spent_rates_ = ClearingCells(std::move(strained.rates));
   hold_pressures(std::move(strained.pressures));
   const EnergyLedger before = ledger_;
@@ -24,11 +28,11 @@ void Solver<D>::update_points(StrainedPoints strained, double dt, Moves moves) {
   for (const PointSums& s : point_sums_) {
     if (s.inverted >= 0) {
       const auto p = static_cast<std::size_t>(s.inverted);
-      throw SolverError(
+      fail(SolverError(
           Failure::inverted,
           "point {}: volume inverted (void ratio {:.3g}) at ({:.4g}, {:.4g}) m, t = {:.4g} s lower "
           "mpm.time_step_fraction",
-          points_.id[p], points_.void_ratio[p], position(p)[0], position(p)[1], time_);
+          points_.id[p], points_.void_ratio[p], position(p)[0], position(p)[1], time_));
     }
     const double mixing = reduce(s.mixing);
     ledger_.stored += reduce(s.energies.stored);
@@ -82,13 +86,14 @@ void Solver<D>::book_places() {
     if (s.escaped >= 0) {
       const auto p = static_cast<std::size_t>(s.escaped);
       const Vec3 x = position(p);
-      throw SolverError(
+      fail(SolverError(
           Failure::ejected,
           "point {}: left the grid at ({:.4g}, {:.4g}, {:.4g}) m, t = {:.4g} s (speed {:.3g} m/s) "
           "lengthen geometry.floor_length, or lower mpm.time_step_fraction if the speed is absurd",
-          points_.id[p], x[0], x[1], x[2], time_, velocity(p).norm());
+          points_.id[p], x[0], x[1], x[2], time_, velocity(p).norm()));
     }
   }
+  ranks().refuse(failed_);
   if (setup_.period) {
     const double along = energy_along();
     potential -= along;

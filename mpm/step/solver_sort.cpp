@@ -28,14 +28,17 @@ Solver<D>::Solver(const SolverSetup<dim>& setup, std::unique_ptr<TransferKernel<
   for (int d = 0; d < dim; ++d) material_.box.length[d] = grid_.axes[d].cells * grid_.axes[d].h;
   if (kernel_->single) {
     points_.affine.keep_single();
-    velocities_.resize(grid_.nodes.size());
+    velocities_.show(0, grid_.nodes.size());
   }
+  material_.agree([&](double own) { return ranks().largest(own); });
   initialise(initial);
   sort_points();
+  agree();
   first_limit_ =
       stable_step().dt / setup_.numerics.time_step_fraction;  // before there is a speed to bound it
   measure_held_energy();
   share_pressure();
+  agree();
 }
 
 /// The law's state at the start, and what it says of it.
@@ -73,6 +76,7 @@ void Solver<D>::initialise(const std::vector<InitialState>& initial) {
                                           batch.stability.load(row), fastest_);
     });
   }
+  if (ranks().many()) body_->reorder(order.from);  // fillers there, too: points may leave at once
 }
 
 /// Sorts points by cell, cuts them into strips, and finds the nodes they can reach until the next
@@ -80,6 +84,7 @@ void Solver<D>::initialise(const std::vector<InitialState>& initial) {
 template <int D>
 void Solver<D>::sort_points() {
   put_back();
+  if (ranks().many()) cut(), hand_over();
   std::vector<std::uint32_t> points;
   points.reserve(points_.size());
   for (const std::size_t p : points_.occupied()) points.push_back(static_cast<std::uint32_t>(p));
@@ -125,6 +130,7 @@ Order Solver<D>::in_cell_order(const std::vector<std::uint32_t>& points,
     strips_.push_back({begin, order.from.size()});
     begin = order.from.size();
   }
+  if (order.from.empty()) order.keep_one(), order.fill_up();
   done_ = std::vector<Milestone>(strips_.size());
   return order;
 }
@@ -134,7 +140,7 @@ Order Solver<D>::in_cell_order(const std::vector<std::uint32_t>& points,
 /// its own.
 template <int D>
 void Solver<D>::find_active_box(const std::vector<std::uint32_t>& points) {
-  constexpr int drift = 2;  // cells, to either side
+  constexpr int drift = box_drift;
   const auto cell = [&](std::uint32_t p, int d) {
     return static_cast<int>(points_.x[p][d] * grid_.axes[d].inverse_h);
   };
@@ -163,6 +169,7 @@ void Solver<D>::find_active_box(const std::vector<std::uint32_t>& points) {
     for (int i = std::max(column - drift, 0); i < end; ++i)
       tops_[static_cast<std::size_t>(i)] = std::max(tops_[static_cast<std::size_t>(i)], top);
   }
+  if (ranks().many()) widen_box();
 }
 
 /// What the cells of a new box hold in turns.

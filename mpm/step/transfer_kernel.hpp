@@ -41,7 +41,7 @@ struct Exchange {
   MaterialPoints<Dim> material;
   Grid<Dim> grid;
   /// Of the nodes, where points take them in single precision [m/s].
-  std::vector<FloatNode<Dim>> velocities;
+  Window<FloatNode<Dim>> velocities;
   TransferScheme transfer;
 };
 

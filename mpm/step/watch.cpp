@@ -36,6 +36,19 @@ struct WithinCells {
   double residual = 0.0, moving = 0.0, deviation = 0.0, means = 0.0;
 };
 
+/// Over all points [J], [kg]. Of a cell that two ranks share, each looks at its own points.
+struct SumsOfPoints {
+  double kinetic = 0.0, mass = 0.0, at_end = 0.0;
+  WithinCells within;
+
+  SumsOfPoints& operator+=(const SumsOfPoints& more) {
+    kinetic += more.kinetic, mass += more.mass, at_end += more.at_end;
+    within.residual += more.within.residual, within.moving += more.within.moving;
+    within.deviation += more.within.deviation, within.means += more.within.means;
+    return *this;
+  }
+};
+
 template <class P>
 double own_pressure(const P& points, std::size_t p) {
   return points.sigma[p].template head<3>().sum() / 3.0;
@@ -115,6 +128,7 @@ Watch::Watch(const Simulation& simulation, const Column& column, double cell)
   simulation.visit_points([&](const auto& points) {
     for (const std::size_t p : points.occupied()) mass_ += points.mass[p];
   });
+  simulation.ranks().sum(std::span(&mass_, 1));
 }
 
 void Watch::step(const Simulation& simulation, long steps) {
@@ -142,12 +156,14 @@ void Watch::step(const Simulation& simulation, long steps) {
 void Watch::points(const Simulation& simulation) {
   const double driven = std::max(0.0, slope_ - simulation.ledger().slope);  // [J]
   const double fall = driven > 0.0 ? std::sqrt(fall_ * fall_ + 2.0 * driven / mass_) : fall_;
+  const Ranks& ranks = simulation.ranks();
+  SumsOfPoints sums;
+  std::optional<SolverError> failed;
   simulation.visit_points([&](const auto& points) {
-    double kinetic = 0.0, mass = 0.0, at_end = 0.0;
     for (const std::size_t p : points.occupied()) {
       const Vec3 x = simulation.position(p), v = simulation.velocity(p);
-      if (v.norm() > most_speed * fall)
-        throw SolverError(
+      if (v.norm() > most_speed * fall && !failed)
+        failed = SolverError(
             Failure::ejected,
             "point {}: too fast at ({:.4g}, {:.4g}, {:.4g}) m, t = {:.4g} s ({:.3g} m/s, {:.1f} "
             "times the fall from the column's height) lower mpm.time_step_fraction, or use "
@@ -155,19 +171,22 @@ void Watch::points(const Simulation& simulation) {
             points.id[p], x[0], x[1], x[2], simulation.time(), v.norm(), v.norm() / fall);
       const double held = own_pressure(points, p) - simulation.collisional_pressure(p);
       tension_ = std::max(tension_, -held / pressure_);
-      kinetic += 0.5 * points.mass[p] * v.squaredNorm();
-      mass += points.mass[p], at_end += x[0] > last_cell_ ? points.mass[p] : 0.0;
+      sums.kinetic += 0.5 * points.mass[p] * v.squaredNorm();
+      sums.mass += points.mass[p], sums.at_end += x[0] > last_cell_ ? points.mass[p] : 0.0;
     }
-    at_end_ = std::max(at_end_, at_end / mass);
-    peak_ = std::max(peak_, kinetic);
-    WithinCells within;
+    ranks.refuse(failed);
     for (const auto& [key, cell] : cells_of(simulation, points, cell_))
-      look_into(simulation, points, cell, cell_, within);
-    if (kinetic > 0.1 * peak_ && within.moving > 0.1 * kinetic)
-      noise_ = std::max(noise_, within.residual / within.moving);
-    if (simulation.time() < early * tau_ && within.means > 0.0)
-      roughness_ += std::sqrt(within.deviation / within.means), ++rough_looks_;
+      look_into(simulation, points, cell, cell_, sums.within);
   });
+  ranks.sum(std::span(&sums, 1));
+  tension_ = ranks.largest(tension_);
+  const WithinCells& within = sums.within;
+  at_end_ = std::max(at_end_, sums.at_end / sums.mass);
+  peak_ = std::max(peak_, sums.kinetic);
+  if (sums.kinetic > 0.1 * peak_ && within.moving > 0.1 * sums.kinetic)
+    noise_ = std::max(noise_, within.residual / within.moving);
+  if (simulation.time() < early * tau_ && within.means > 0.0)
+    roughness_ += std::sqrt(within.deviation / within.means), ++rough_looks_;
 }
 
 void Watch::archive(Archive& to) {

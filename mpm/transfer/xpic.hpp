@@ -15,10 +15,9 @@ struct Xpic : Pic {
   /// `change` of the nodes holds the running term. constrained(v, node) is what walls make of it.
   template <class Vec, class Sweeps, class Constrained>
   static void sharpen(Sweeps& on, int order, const Constrained& constrained) {
+    const auto* const first = &on.grid_.nodes[on.first_in_memory()];
     std::vector<Vec> term(on.points_.size()), sum(on.grid_.nodes.size());
-    const auto index_of = [&](const auto& node) {
-      return static_cast<std::size_t>(&node - on.grid_.nodes.data());
-    };
+    const auto index_of = [&](const auto& node) { return static_cast<std::size_t>(&node - first); };
     on.for_each_node([&](auto& node, const auto&) { sum[index_of(node)] = node.motion; });
     for (int l = 1; l < order; ++l) {
       on.for_each_point([&](std::size_t p) {  // S: the term at the points
@@ -30,6 +29,7 @@ struct Xpic : Pic {
         on.for_each_weight(
             p, [&](auto& node, double w) { node.change += (w * on.points_.mass[p]) * term[p]; });
       });
+      on.fold(Sweeps::Folded::changes);
       on.for_each_node([&](auto& node, const auto& index) {
         if (node.mass <= 0.0) return;
         node.motion = constrained(Vec(node.motion - node.change / node.mass), index);

@@ -26,7 +26,7 @@ LAYERS = [
     {"mpm/materials"},
     {"mpm/external"},
     {"mpm/step"},
-    {"mpm/output"},
+    {"mpm/output", "mpm/ranks"},
     {"mpm/programs", "mpm/bench"},
 ]
 

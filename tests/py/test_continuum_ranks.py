@@ -1,0 +1,118 @@
+"""`mpm_run --ranks`: processes under MPI give one process's result, and one line where they cannot.
+What ranks do to a column is tested where they are threads (tests/cpp/ranks_test.cpp).
+"""
+
+import shutil
+import signal
+import subprocess
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from cases.programs import ROOT, program
+
+CI = ROOT / "cases" / "column_ci"
+SETS = ("mpm.precision=double", "mpm.cell_size=0.001", "time.maximum=0.5")
+
+pytestmark = pytest.mark.skipif(
+    not program("mpm_run_ranks").exists() or not shutil.which("mpirun"),
+    reason="no mpm_run_ranks (built without MPI: libopenmpi-dev, packages-test.txt)",
+)
+
+
+def run(out, *words, sets=SETS, case=CI):
+    line = [program("mpm_run"), case, "-o", out, "--quiet", *words]
+    line += [word for one in sets for word in ("--set", one)]
+    return subprocess.run(
+        [str(word) for word in line], capture_output=True, text=True, timeout=200, check=False
+    )
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
+    """Results of one process and of two."""
+    folder = tmp_path_factory.mktemp("both")
+    for name, words in (("one", []), ("two", ["--ranks", 2])):
+        done = run(folder / f"{name}.h5", *words)
+        assert (done.returncode, done.stderr) == (0, "")
+    assert {path.name for path in folder.iterdir()} == {"one.h5", "two.h5"}
+    with h5py.File(folder / "one.h5") as one, h5py.File(folder / "two.h5") as two:
+        yield one, two
+
+
+def test_two_processes_have_the_points_of_one(both):
+    """To round-off: sums at nodes that both share are taken in another order."""
+    one, two = both
+    assert list(one["data"]) == list(two["data"])
+    for step in one["data"]:
+        ours, theirs = (file[f"data/{step}/particles/cloud"] for file in both)
+        assert np.array_equal(ours["id"], theirs["id"])  # a row each, as ever
+        for name in ("mass", "regime"):
+            assert np.array_equal(ours[name], theirs[name])
+        for place, scale in (("position/x", 0.02), ("velocity/y", 0.5), ("stress/yy", 300.0)):
+            np.testing.assert_allclose(theirs[place], ours[place], rtol=0, atol=1e-9 * scale)
+
+
+def test_their_history_is_that_of_the_whole(both):
+    one, two = both
+    held = sum(one[f"energy/{name}"][0] for name in ("kinetic", "potential", "elastic"))
+    for name, values in one["energy"].items():
+        bound = 1e-9 * (held if values.attrs["unit"] == "J" else 1.0)
+        np.testing.assert_allclose(two[f"energy/{name}"], values, rtol=1e-9, atol=bound)
+    for name in ("end_reason", "steps", "warnings", "case_resolved", "seed"):
+        assert one.attrs[name] == two.attrs[name]
+    assert (one.attrs["threads"], two.attrs["threads"]) == (1, 2)
+
+
+@pytest.mark.parametrize(
+    "sets, case, ranks, code, said",
+    [
+        ([], CI, 3, 2, "--ranks 3: the column is 10 cells long (a rank takes 8 at least)"),
+        ([], ROOT / "cases" / "chute_ci", 2, 2, "ranks share no chute"),
+        (["grains.density=-1"], CI, 2, 2, "grains.density = -1"),
+        (
+            ["mpm.time_step_fraction=5", "mpm.velocity_relaxation=1e9", "mpm.cell_size=0.0005"],
+            CI,
+            2,
+            3,
+            "[energy-growth]",
+        ),
+    ],
+    ids=["too many", "a chute", "a bad value", "an instability"],
+)
+def test_what_cannot_be_is_one_line(tmp_path, sets, case, ranks, code, said):
+    if ranks == 3:
+        sets = ["mpm.cell_size=0.002"]
+    done = run(tmp_path / "o.h5", "--ranks", ranks, sets=sets, case=case)
+    assert done.returncode == code and said in done.stderr and done.stderr.count("\n") == 1, done
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_place_that_cannot_be_written_is_one_line(tmp_path):
+    done = run(tmp_path / "no" / "o.h5", "--ranks", 2)
+    assert done.returncode == 2 and "cannot be written" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_who_is_killed_leaves_no_rank_behind(tmp_path):
+    mark = f"--set=title={tmp_path.name}"
+    line = [program("mpm_run"), CI, "-o", tmp_path / "o.h5", "--ranks", 2, "--quiet"]
+    line += ["--set", "mpm.cell_size=0.0004", mark]
+    one = subprocess.Popen([str(word) for word in line], stderr=subprocess.DEVNULL)
+
+    def ranks() -> list[str]:
+        told = subprocess.run(["ps", "-eo", "stat,args"], capture_output=True, text=True)
+        ours = [row for row in told.stdout.splitlines() if mark in row and "mpm_run_ranks" in row]
+        return [row for row in ours if row[0] != "Z" and " mpirun " not in row]
+
+    began = time.monotonic()
+    while len(ranks()) < 2:
+        assert one.poll() is None and time.monotonic() - began < 60.0
+        time.sleep(0.05)
+    one.send_signal(signal.SIGKILL)
+    one.wait()
+    while ranks():
+        assert time.monotonic() - began < 90.0
+        time.sleep(0.05)
