@@ -151,7 +151,7 @@ void frame(benchmark::State& state, double points) {
       std::filesystem::temp_directory_path() / fmt::format("grainpair_{}.h5", getpid());
   state.counters["points"] = static_cast<double>(simulation->size());
   Draft draft(path.string());
-  Output output(draft, column, {});
+  Output output(&draft, column, {});
   long count = 0;
   for (auto _ : state) output.frame(*simulation, count++, 1.0);
 }

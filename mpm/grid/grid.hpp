@@ -24,8 +24,12 @@ class Window {
   const T* data() const { return origin_; }
   T& operator[](std::size_t number) { return origin_[number]; }
   const T& operator[](std::size_t number) const { return origin_[number]; }
-  /// How many are in memory.
+  /// How many are in memory, and which.
   std::size_t size() const { return held_.size(); }
+  auto begin() { return held_.begin(); }
+  auto end() { return held_.end(); }
+  auto begin() const { return held_.begin(); }
+  auto end() const { return held_.end(); }
 
  private:
   std::vector<T> held_;
