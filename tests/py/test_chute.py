@@ -7,6 +7,7 @@ import signal
 import subprocess
 import time
 from types import SimpleNamespace
+from typing import Any
 
 import h5py
 import numpy as np
@@ -155,7 +156,8 @@ def test_a_layer_that_is_begun_in_flow_has_that_velocity(tmp_path):
     column has none. Negative control: without it they begin at rest.
     """
     fast, found = 0.2, {}
-    for engine, words in (("mpm", [program("mpm_run")]), ("dem", module("dem_reference.run"))):
+    engines: dict[str, list] = {"mpm": [program("mpm_run")], "dem": module("dem_reference.run")}
+    for engine, words in engines.items():
         for velocity in (0.0, fast):
             path = tmp_path / f"{engine}_{velocity}.h5"
             sets = [f"initial.velocity={velocity}", "time.maximum=1.0", "time.frame_interval=0.5"]
@@ -269,7 +271,9 @@ def test_a_chute_that_is_killed_goes_on_bit_for_bit(grains, tmp_path):
 
 def test_a_report_names_its_commands_without_folders(tmp_path):
     """And differences only of what a flow is; how much a balance is off by is none."""
-    run = SimpleNamespace(attributes={"command": "/a/b/mpm_run x.toml --seed 1 -o /c/d/mpm.h5"})
+    run: Any = SimpleNamespace(
+        attributes={"command": "/a/b/mpm_run x.toml --seed 1 -o /c/d/mpm.h5"}
+    )
     side = sides.Side(tmp_path / "mpm.h5", run, np.zeros(3), measured(bagnold_profile()))
     assert report.made_by(side) == "mpm_run x.toml --seed 1 -o mpm.h5"
     assert report.verdict(side, side).endswith("the continuum at 1.00 of the grains' mean velocity")

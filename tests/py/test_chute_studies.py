@@ -5,12 +5,15 @@ import pandas as pd
 import pytest
 
 from bagnold import D, NU, bagnold_profile, measured
+from cases.case import load
 from cases.programs import ROOT
 from compare.__main__ import main as grainpair
 from compare.chute import study, thresholds
 from compare.chute.signature import STEADY_FLOW
 from compare.study import ladder
 from compare.study.recipe import Recipe
+
+CHUTE = load(ROOT / "cases" / "chute_ci")
 
 
 def test_thresholds_lie_between_what_stands_and_what_flows():
@@ -54,13 +57,13 @@ def signature(fast: float = 1.0, state: str = "steady", nu: float = NU) -> dict:
 
 
 def test_errors_of_a_steady_flow_are_those_that_were_put_in():
-    reference = STEADY_FLOW.mean([signature(0.98), signature(1.02)], None)
-    found = STEADY_FLOW.errors(signature(0.7, nu=0.9 * NU), reference, None)
+    reference = STEADY_FLOW.mean([signature(0.98), signature(1.02)], CHUTE)
+    found = STEADY_FLOW.errors(signature(0.7, nu=0.9 * NU), reference, CHUTE)
     assert found["velocity"] == pytest.approx(0.3, abs=1e-3)
     assert found["mean_velocity"] == pytest.approx(0.3, abs=1e-3)
     assert found["solid_fraction"] == pytest.approx(0.1, abs=1e-3)
     assert found["temperature"] == pytest.approx(1.0 - 0.7**2, abs=2e-3)
-    assert STEADY_FLOW.errors(signature(), reference, None)["velocity"] < 1e-3
+    assert STEADY_FLOW.errors(signature(), reference, CHUTE)["velocity"] < 1e-3
 
 
 def test_a_flow_that_is_not_steady_is_held_against_nothing():
@@ -68,17 +71,17 @@ def test_a_flow_that_is_not_steady_is_held_against_nothing():
     that is 30 % slow differs within 5 %.
     """
     members = [signature(0.98), signature(1.0), signature(1.02)]
-    grains = {"members": members, "mean": STEADY_FLOW.mean(members, None)}
+    grains = {"members": members, "mean": STEADY_FLOW.mean(members, CHUTE)}
     points = [{"status": "ok"} | one for one in (signature(1.0, "speeds up"), signature(0.7))]
     points.append({"status": "ok"} | signature(1.001))
     rungs = [(name, Recipe("mpm")) for name in ("unsteady", "slow", "right")]
     tried, stop = ladder.climb(
         rungs,
         lambda some: points[: len(some)],
-        lambda point: ladder.judge(point, grains, "velocity", 0.05, None, STEADY_FLOW),
+        lambda point: ladder.judge(point, grains, "velocity", 0.05, CHUTE, STEADY_FLOW),
     )
     assert [one["word"] for one in tried] == ["speeds up", "differ", "agree"] and stop == 2
-    assert STEADY_FLOW.mean([members[0], signature(1.0, "slows down")], None)["state"] != "steady"
+    assert STEADY_FLOW.mean([members[0], signature(1.0, "slows down")], CHUTE)["state"] != "steady"
 
 
 def test_a_ladder_of_a_chute_is_of_its_steady_flow(tmp_path, capsys):

@@ -34,8 +34,8 @@ def run(out, *words, sets=SETS, case=CI):
 def both(tmp_path_factory):
     """Results of one process and of two."""
     folder = tmp_path_factory.mktemp("both")
-    for name, words in (("one", []), ("two", ["--ranks", 2])):
-        done = run(folder / f"{name}.h5", *words)
+    for name, ranks in (("one", 1), ("two", 2)):
+        done = run(folder / f"{name}.h5", "--ranks", ranks)
         assert (done.returncode, done.stderr) == (0, "")
     assert {path.name for path in folder.iterdir()} == {"one.h5", "two.h5"}
     with h5py.File(folder / "one.h5") as one, h5py.File(folder / "two.h5") as two:

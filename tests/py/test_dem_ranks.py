@@ -26,8 +26,9 @@ from dem_reference.ranks import run_on_ranks
 from dem_reference.run import main
 from dem_reference.shared import Grid, grid_of
 from killed import PATIENCE, Place
-from tests.py import ranked
 
+# by its full name, by which ranks find it
+ranked = importlib.import_module("tests.py.ranked")
 HAS_MPI = importlib.util.find_spec("mpi4py") is not None
 needs_mpi = pytest.mark.skipif(not HAS_MPI, reason="python3-mpi4py is not installed")
 CASE = "cases/column_ci"
