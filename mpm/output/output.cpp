@@ -249,6 +249,12 @@ void Output::warnings(const std::vector<std::string>& lines) {
   if (draft_) hdf5::write_attribute(file(), "warnings", told(lines));
 }
 
+void Output::shares(double imbalance, double sent) {
+  if (!draft_) return;
+  hdf5::write_attribute(file(), "rank_imbalance", imbalance);
+  hdf5::write_attribute(file(), "rank_sent_bytes", sent);
+}
+
 void Output::write_history() {
   const auto group = hdf5::create_group(*file_, "energy");
   const auto column = [&](const char* name, const char* unit, const char* doc, auto&& value) {

@@ -45,6 +45,8 @@ class Output {
   bool close_frames();
   /// What spoiled the result without ending the run; `warnings` of the file's root.
   void warnings(const std::vector<std::string>& lines);
+  /// Of ranks: points of the fullest over the mean, and what it has sent to neighbours [bytes].
+  void shares(double imbalance, double sent);
   /// `earlier`: files of frames that were closed before, which become part of the result.
   void finish(const std::string& end_reason, const Spent& spent, double wall_seconds, long steps,
               const std::vector<std::string>& earlier);

@@ -185,11 +185,13 @@ std::string advance(Run& run, const Case& scene, Output& output, Checkpoints* ch
 /// Warnings, the result's end, and what the run took.
 void conclude(Run& run, const Case& scene, Output& output, const std::string& end_reason,
               const std::vector<std::string>& earlier) {
+  const Ranks& ranks = run.simulation->ranks();
   const auto warnings = run.watch.warnings(run.begin, run.simulation->ledger());
-  if (run.simulation->ranks().here() == 0) tell(scene, warnings);
+  if (ranks.here() == 0) tell(scene, warnings);
   output.warnings(warnings);
+  if (ranks.many()) output.shares(run.simulation->imbalance(), ranks.largest(ranks.sent()));
   Spent spent = run.spent_so_far();
-  run.simulation->ranks().sum(std::span(&spent, 1));
+  ranks.sum(std::span(&spent, 1));
   output.finish(end_reason, spent, run.wall_so_far(), run.steps, earlier);
 }
 

@@ -31,6 +31,7 @@ int start_ranks(int argc, char** argv, int ranks) {
   words.push_back(program);
   for (int i = 1; i < argc; ++i) words.emplace_back(argv[i]);
   std::vector<char*> line;
+  line.reserve(words.size() + 1);
   for (std::string& word : words) line.push_back(word.data());
   line.push_back(nullptr);
   execvp(line.front(), line.data());

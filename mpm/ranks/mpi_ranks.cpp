@@ -48,6 +48,8 @@ void MpiRanks::swap(std::span<const std::byte> to_left, std::span<const std::byt
   const int left = in_units(to_left.size()), right = in_units(to_right.size());
   const Bytes more = padded(to_right);
   send.insert(send.end(), more.begin(), more.end());
+  sent_ += (has_left() ? static_cast<double>(to_left.size()) : 0.0) +
+           (has_right() ? static_cast<double>(to_right.size()) : 0.0);
   const int sizes[] = {left, right}, places[] = {0, left};
   const int room_left = in_units(from_left.size()), room_right = in_units(from_right.size());
   const int rooms[] = {room_left, room_right}, begins[] = {0, room_left};

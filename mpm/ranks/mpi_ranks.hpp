@@ -20,6 +20,7 @@ class MpiRanks final : public Ranks {
   int count() const override { return count_; }
   int on_this_machine() const override { return on_this_machine_; }
   bool balance() const override { return balance_; }
+  double sent() const override { return sent_; }
   void abandon() const override { MPI_Abort(MPI_COMM_WORLD, 3); }
   void swap(std::span<const std::byte> to_left, std::span<const std::byte> to_right,
             std::span<std::byte> from_left, std::span<std::byte> from_right) const override;
@@ -33,6 +34,7 @@ class MpiRanks final : public Ranks {
   MPI_Comm line_ = MPI_COMM_NULL;
   int here_ = 0, count_ = 1, on_this_machine_ = 1;
   bool balance_;
+  mutable double sent_ = 0.0;  // [bytes]
 };
 
 }  // namespace grainpair

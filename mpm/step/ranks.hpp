@@ -43,6 +43,9 @@ class Ranks {
   /// Whether columns of cells change hands when ranks have come to have unequal shares of points.
   virtual bool balance() const { return false; }
 
+  /// What this one has sent to its neighbours so far [bytes].
+  virtual double sent() const { return 0.0; }
+
   /// What every rank says here, as long as this, one behind the other.
   template <class T>
   std::vector<T> all(const T& mine) const {

@@ -32,6 +32,8 @@ class Simulation {
   /// Of all ranks.
   virtual const EnergyLedger& ledger() const = 0;
   virtual const Ranks& ranks() const { return alone(); }
+  /// Points of the fullest rank over the mean, of all steps so far.
+  virtual double imbalance() const { return 1.0; }
   virtual double solid_density() const = 0;  // [kg/m3]
   /// Whether elastic and plastic energy are figures of the law's own.
   virtual bool tells_energies() const { return true; }

@@ -91,6 +91,7 @@ class Solver final : public Simulation {
   double time() const override { return time_; }
   const EnergyLedger& ledger() const override { return ranks().many() ? all_ : ledger_; }
   const Ranks& ranks() const override { return *setup_.ranks; }
+  double imbalance() const override { return ranks().many() ? unequal_ / agreed_ : 1.0; }
   double solid_density() const override { return setup_.solid_density; }
   bool tells_energies() const override { return body_->tells_energies(); }
   Vec3 position(std::size_t p) const override {
@@ -385,7 +386,9 @@ class Solver final : public Simulation {
   EnergyLedger ledger_;
   std::vector<int> cuts_;       // of ranks: the column of cells where each begins, and the end
   std::size_t first_node_ = 0;  // that is in memory
-  EnergyLedger all_;            // sums over the ranks
+  std::size_t here_ = 0;        // points of this rank
+  double unequal_ = 0.0, agreed_ = 0.0;  // sum of imbalances, of so many steps
+  EnergyLedger all_;                     // sums over the ranks
   std::optional<SolverError> failed_;    // what this rank has to throw
   std::vector<double> to_[2], from_[2];  // sums of nodes on their way to and from the neighbours
   StageTimes* times_ = nullptr;          // where somebody asks for them

@@ -241,10 +241,14 @@ void Solver<D>::agree() {
   if (!ranks().many()) return;
   struct Told {
     EnergyLedger ledger;
-    double drift, speed;
+    double drift, speed, points;
     Fastest fastest;
   };
-  const auto every = ranks().all(Told{ledger_, drift_, max_speed_, fastest_});
+  const auto points = static_cast<double>(here_);
+  const auto every = ranks().all(Told{ledger_, drift_, max_speed_, points, fastest_});
+  double all = 0.0, most = 0.0;
+  for (const Told& one : every) all += one.points, most = std::max(most, one.points);
+  unequal_ += most * ranks().count() / all, agreed_ += 1.0;
   all_ = {};
   for (const Told& one : every) {
     all_ += one.ledger;

@@ -92,6 +92,7 @@ void Solver<D>::sort_points() {
   for (const auto p : points) cell[p] = cell_of(points_.x[p]);
   std::stable_sort(points.begin(), points.end(), [&](auto a, auto b) { return cell[a] < cell[b]; });
   find_active_box(points);
+  here_ = points.size();
   const Order order = in_cell_order(points, cell);
   material_.reorder(order);
   body_->reorder(order.from);
