@@ -18,7 +18,7 @@ SETS = ("mpm.precision=double", "mpm.cell_size=0.001", "time.maximum=0.5")
 
 pytestmark = pytest.mark.skipif(
     not program("mpm_run_ranks").exists() or not shutil.which("mpirun"),
-    reason="no mpm_run_ranks (built without MPI: libopenmpi-dev, packages-test.txt)",
+    reason="no mpm_run_ranks (built without MPI: libopenmpi-dev, packages-cluster.txt)",
 )
 
 

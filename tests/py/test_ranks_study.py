@@ -20,8 +20,8 @@ def test_two_ranks_were_measured_to_be_faster():
 
 
 def test_a_flowing_column_is_shared_evenly_only_if_it_is_dealt_out_anew():
-    assert ranks.of(FLOW, "two", "imbalance") < 1.1
-    assert ranks.of(FLOW, "two, never dealt out anew", "imbalance") > 1.2
+    assert ranks.of(FLOW, "two", "imbalance") < 1.05  # beyond which they are dealt out anew
+    assert ranks.of(FLOW, "two, never dealt out anew", "imbalance") > 1.05
     kept, anew = (
         ranks.of(FLOW, name, "step_seconds") for name in ("two, never dealt out anew", "two")
     )
