@@ -3,12 +3,14 @@
 
 import subprocess
 import sys
+import time
 
 import records
 
 # States from which a job goes on by itself
 GOES_ON = {"PENDING", "CONFIGURING", "RUNNING", "COMPLETING", "SUSPENDED", "STOPPED", "SIGNALING"}
 GOES_ON |= {"REQUEUED", "REQUEUE_FED", "REQUEUE_HOLD", "RESIZING", "STAGE_OUT", "RESV_DEL_HOLD"}
+NODE_FAIL, PATIENCE = "NODE_FAIL", 5  # [s] in which Slurm puts such a job back, if it does
 UNREACHABLE = "UNREACHABLE"
 UNKNOWN = "UNKNOWN"
 
@@ -35,6 +37,10 @@ def state_of(number: str) -> str:
 
 def main(number: str) -> int:
     state = state_of(number)
+    for _ in range(PATIENCE):
+        if state == NODE_FAIL:
+            time.sleep(1.0)
+            state = state_of(number)
     if state in GOES_ON or state == UNREACHABLE:  # which may pass: the controller is away
         print("running")
         return 0

@@ -144,7 +144,7 @@ def unknown(reference: dict, name: str, by: Measure = COLLAPSE) -> str:
     """Why an error cannot be told from a reference; "" where it can."""
     if not np.isnan(reference["scatter"][name]).all():
         return ""
-    state = reference["mean"].get("state", "steady")
+    state = reference.get("mean", {}).get("state", "steady")
     if state != "steady":
         return (
             f"{by.words[name]}: not known (the grains have no steady flow: {state}) give them "

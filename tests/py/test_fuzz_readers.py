@@ -52,7 +52,7 @@ def wait(path):
 )
 def test_faults_are_found(tmp_path, monkeypatch, read, shown):
     """The negative control: another exception, too long, too large."""
-    monkeypatch.setattr(readers, "SECOND", 0.2)
+    monkeypatch.setattr(readers, "SECOND", 0.02)
     (tmp_path / "a").write_bytes(b"0")
     with readers.bounded():
         assert shown in str(readers.fault_of(readers.Target(read, {}), tmp_path / "a"))
