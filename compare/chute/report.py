@@ -10,21 +10,12 @@ from cases.errors import CaseError
 from cases.files import write_atomically, write_table
 from compare.chute import charts, published, sides
 from compare.chute.sides import Side
-from compare.chute.words import WORDS
+from compare.chute.words import STATE as OF_ALL, WORDS
 from compare.study import page
 
 CLOSED = 0.01  # of a balance of momentum, over the stress at the base
-# Figures that say what a flow is, so that a difference between two sides means something; the
-# others say how good a side is.
-STATE = (
-    "solid_fraction",
-    "temperature_ratio",
-    "inertial_number",
-    "stress_ratio",
-    "mean_velocity",
-    "bagnold",
-    "depth",
-)
+# Of these a difference between two sides means something.
+STATE = (*OF_ALL, "depth")
 ENDS = {"maximum": "at time.maximum", "rest": "at rest"}
 
 

@@ -20,17 +20,10 @@ from cases.lookup import find_case
 from compare.chute import charts, plan, published, sides, thresholds
 from compare.chute.flow import power
 from compare.chute.plan import Task
-from compare.chute.words import WORDS
+from compare.chute.words import STATE, WORDS
 
 WORST = ("normal_balance", "shear_balance")  # of several packings the worst
-SCATTERED = (
-    "solid_fraction",
-    "temperature_ratio",
-    "inertial_number",
-    "stress_ratio",
-    "mean_velocity",
-    "bagnold",
-)
+SCATTERED = STATE  # over several packings
 COLUMNS = (
     "engine",
     "law",

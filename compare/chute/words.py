@@ -26,3 +26,14 @@ def lines(metrics: dict) -> list[str]:
         share = "-" if off is None else f"{100 * off:+.1f} %"
         out.append(f"{doc + ' [' + unit + ']':<52}{shown[0]:>12}{shown[1]:>20}{share:>14}")
     return out
+
+
+# Figures that say what a flow is; the others say how good a side is.
+STATE = (
+    "solid_fraction",
+    "temperature_ratio",
+    "inertial_number",
+    "stress_ratio",
+    "mean_velocity",
+    "bagnold",
+)
