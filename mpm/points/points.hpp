@@ -26,9 +26,11 @@ struct Order {
   }
 };
 
-/// field[i] <- field[order[i]]
+/// field[i] <- field[order[i]]; zeros are so in any order.
 template <class Field>
 void reorder_field(Field& field, const Order& order) {
+  if (std::ranges::all_of(field, [](auto x) { return x == 0; }))
+    return field.resize(order.from.size());
   Field sorted(order.from.size());
   for (std::size_t i = 0; i < order.from.size(); ++i) sorted[i] = field[order.from[i]];
   field.swap(sorted);

@@ -163,6 +163,7 @@ class Solver final : public Simulation {
   // solver_sort.cpp
   void initialise(const std::vector<InitialState>& initial);
   void sort_points();
+  std::vector<std::uint32_t> by_cell(const std::vector<std::size_t>& cell) const;
   Order in_cell_order(const std::vector<std::uint32_t>& points,
                       const std::vector<std::size_t>& cell);
   void find_active_box(const std::vector<std::uint32_t>& points);
@@ -240,17 +241,20 @@ class Solver final : public Simulation {
   void share_pressure();
   void average_over_nodes(std::vector<double>& field);
 
-  /// Once for every node, not for every point that takes it.
-  void hand_out(const Node<dim>& node) {
-    if (kernel_->single)
-      velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = FloatNode<dim>(node);
+  /// A node's velocity and its increment: once for every node, not for every point that takes them,
+  /// and from registers. What has just been stored by twos cannot be loaded by fours at once.
+  void hand_out(Node<dim>& node, const Vec& v, const Vec& increment) {
+    node.motion = v, node.change = increment;
+    if (!kernel_->single) return;
+    FloatNode<dim> single;
+    for (std::size_t d = 0; d < dim; ++d)
+      single.motion[d] = static_cast<float>(v[d]),
+      single.change[d] = static_cast<float>(increment[d]);
+    velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = single;
   }
-  Vec constrained(const Vec& v, const std::array<int, dim>& node, double time) const {
-    bool free = !setup_.gate.present && !setup_.shelf.present;
-    for (int d = 0; d < dim; ++d) free = free && node[d] > 0 && node[d] < grid_.axes[d].nodes - 1;
-    return free ? v : constrained_here(v, node, time);
-  }
-  Vec constrained_here(Vec v, const std::array<int, dim>& node, double time) const;
+  std::pair<std::size_t, std::size_t> unbound(const std::array<int, dim>& first,
+                                              std::size_t count) const;
+  Vec constrained(Vec v, const std::array<int, dim>& node, double time) const;
   static Vec3 padded(const Vec& a) {
     Vec3 out = Vec3::Zero();
     out.template head<dim>() = a;
@@ -323,20 +327,26 @@ class Solver final : public Simulation {
   }
   template <class F>
   void for_each_node_of_slice(int i, F&& f) {
-    std::array<int, dim> node;
-    node[0] = i;
-    for (int j = material_.box.begin[1]; j < tops_[static_cast<std::size_t>(i)]; ++j) {
-      node[1] = j;
-      const auto row = static_cast<std::size_t>(i * grid_.stride[0] + j * grid_.stride[1]);
-      if constexpr (dim == 2) {
-        f(grid_.nodes[row], node);
-      } else {
-        for (int k = material_.box.begin[2]; k < material_.box.end[2]; ++k) {
-          node[2] = k;
-          f(grid_.nodes[row + static_cast<std::size_t>(k)], node);
-        }
-      }
-    }
+    for_each_row_of_slice(i, [&](std::span<Node<dim>> row, std::array<int, dim> node) {
+      for (Node<dim>& one : row) f(one, node), ++node[dim - 1];
+    });
+  }
+  /// f(nodes along the last axis, place of the first)
+  template <class F>
+  void for_each_row_of_slice(int i, F&& f) {
+    const auto& [begin, end] = std::tie(material_.box.begin, material_.box.end);
+    const int top = tops_[static_cast<std::size_t>(i)];
+    const auto row = [&](const std::array<int, dim>& first, int last) {
+      std::ptrdiff_t at = 0;
+      for (int d = 0; d < dim; ++d) at += first[d] * grid_.stride[d];
+      f(std::span(&grid_.nodes[static_cast<std::size_t>(at)],
+                  static_cast<std::size_t>(std::max(last - first[dim - 1], 0))),
+        first);
+    };
+    if constexpr (dim == 2)
+      row({i, begin[1]}, top);
+    else
+      for (int j = begin[1]; j < top; ++j) row({i, j, begin[2]}, end[2]);
   }
   /// f(node, w_ip) or f(node, w_ip, grad w_ip) over the nodes that share point p.
   template <class F>

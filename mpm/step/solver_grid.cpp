@@ -1,4 +1,5 @@
 // Between points and grid: the way there, the balance of momentum on the nodes, and the way back.
+#include <cstring>
 #include <span>
 
 #include "mpm/step/solver.hpp"
@@ -31,10 +32,8 @@ auto Solver<D>::clear_grid(MovingGrid old) -> ClearedGrid {
 
 template <int D>
 void Solver<D>::clear_nodes(int slice) {
-  for_each_node_of_slice(slice, [](Node<dim>& node, const auto&) {
-    node.motion.setZero();
-    node.change.setZero();
-    node.mass = 0.0;
+  for_each_row_of_slice(slice, [](std::span<Node<dim>> row, const auto&) {
+    std::memset(static_cast<void*>(row.data()), 0, row.size_bytes());
   });
 }
 
@@ -49,8 +48,7 @@ auto Solver<D>::scatter(ClearedGrid grid, Forces forces) -> LoadedGrid {
 
 /// What gate and walls make of a nodal velocity.
 template <int D>
-[[gnu::noinline]] auto Solver<D>::constrained_here(Vec v, const std::array<int, dim>& node,
-                                                   double time) const -> Vec {
+auto Solver<D>::constrained(Vec v, const std::array<int, dim>& node, double time) const -> Vec {
   const auto along = [&](int d) {
     return grid_.axes[static_cast<std::size_t>(d)].node_position[static_cast<std::size_t>(node[d])];
   };
@@ -64,6 +62,22 @@ template <int D>
   return v;
 }
 
+/// Of `count` nodes along the last axis those that gate and walls do not reach: where they begin,
+/// and end.
+template <int D>
+auto Solver<D>::unbound(const std::array<int, dim>& first, std::size_t count) const
+    -> std::pair<std::size_t, std::size_t> {
+  bool free = !setup_.gate.present && !setup_.shelf.present;
+  for (int d = 0; d < dim - 1; ++d)
+    free = free && first[d] > 0 && first[d] < grid_.axes[d].nodes - 1;
+  if (!free) return {count, count};
+  const int along = first[dim - 1], end = grid_.axes[dim - 1].nodes - 1;
+  const auto within = [&](int k) {
+    return static_cast<std::size_t>(std::clamp(k - along, 0, static_cast<int>(count)));
+  };
+  return {within(1), within(end)};
+}
+
 /// v_new = v + dt (f/m + g), then the walls. Work of each force is taken with the mean of old and
 /// final velocity, so that it equals the change of nodal kinetic energy exactly. The walls act
 /// twice: first on what the points' momenta ask for, which the walls had refused already at the end
@@ -74,25 +88,29 @@ GRAINPAIR_FLATTEN auto Solver<D>::accelerate(LoadedGrid grid, double dt) -> Movi
   work_.assign(static_cast<std::size_t>(material_.box.end[0]), {});
   for_each_slice([&](int i) {
     Work sum;
-    for_each_node_of_slice(i, [&](Node<dim>& node, const auto& index) {
-      const double m = node.mass;
-      if (m <= 0.0) {
-        node.motion.setZero();
-        node.change.setZero();
-        hand_out(node);
-        return;
-      }
-      const double inverse = 1.0 / m;
+    const auto push = [&](Node<dim>& node, const auto& constrain) {
+      if (node.mass <= 0.0) return hand_out(node, Vec::Zero(), Vec::Zero());
+      const double inverse = 1.0 / node.mass;
       const Vec mapped = inverse * node.motion;
-      const Vec old = constrained(mapped, index, time_);
+      const Vec old = constrain(mapped, time_);
       const Vec free = old + dt * (inverse * node.change + setup_.gravity);
-      const Vec v = constrained(free, index, time_ + dt);
-      const Vec momentum = (0.5 * m) * (old + v);
+      const Vec v = constrain(free, time_ + dt);
+      const Vec momentum = (0.5 * node.mass) * (old + v);
       sum.gain += momentum.dot(v - old);
       sum.wall += momentum.dot(free - v);
-      node.motion = v;
-      node.change = v - mapped;
-      hand_out(node);
+      hand_out(node, v, v - mapped);
+    };
+    for_each_row_of_slice(i, [&](std::span<Node<dim>> row, std::array<int, dim> first) {
+      const auto bound = [&](std::size_t k) {
+        auto index = first;
+        index[dim - 1] += static_cast<int>(k);
+        push(row[k], [&](const Vec& v, double time) { return constrained(v, index, time); });
+      };
+      const auto [begin, end] = unbound(first, row.size());
+      for (std::size_t k = 0; k < begin; ++k) bound(k);
+      for (std::size_t k = begin; k < end; ++k)
+        push(row[k], [](const Vec& v, double) { return v; });
+      for (std::size_t k = end; k < row.size(); ++k) bound(k);
     });
     work_[static_cast<std::size_t>(i)] = sum;
   });
@@ -109,8 +127,9 @@ GRAINPAIR_FLATTEN auto Solver<D>::accelerate(LoadedGrid grid, double dt) -> Movi
 template <int D>
 auto Solver<D>::constrain(LoadedGrid grid) -> MovingGrid {
   for_each_node([&](Node<dim>& node, const auto& index) {
-    if (node.mass > 0.0) node.motion = constrained(Vec(node.motion / node.mass), index, time_);
-    hand_out(node);
+    const Vec v = node.mass > 0.0 ? constrained(Vec(node.motion / node.mass), index, time_)
+                                  : Vec(node.motion);
+    hand_out(node, v, Vec(node.change));
   });
   return {std::move(grid.cells)};
 }

@@ -79,18 +79,29 @@ void Solver<D>::initialise(const std::vector<InitialState>& initial) {
   if (ranks().many()) body_->reorder(order.from);  // fillers there, too: points may leave at once
 }
 
+/// Points by their cells, of which each keeps its order: every cell's begin is counted first.
+template <int D>
+std::vector<std::uint32_t> Solver<D>::by_cell(const std::vector<std::size_t>& cell) const {
+  std::size_t cells = 1;
+  for (const int along : setup_.cells) cells *= static_cast<std::size_t>(along);
+  std::vector<std::uint32_t> begin(cells + 1);
+  for (const std::size_t p : points_.occupied()) ++begin[cell[p] + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::uint32_t> out(begin.back());
+  for (const std::size_t p : points_.occupied())
+    out[begin[cell[p]]++] = static_cast<std::uint32_t>(p);
+  return out;
+}
+
 /// Sorts points by cell, cuts them into strips, and finds the nodes they can reach until the next
 /// sorting.
 template <int D>
 void Solver<D>::sort_points() {
   put_back();
   if (ranks().many()) cut(), hand_over();
-  std::vector<std::uint32_t> points;
-  points.reserve(points_.size());
-  for (const std::size_t p : points_.occupied()) points.push_back(static_cast<std::uint32_t>(p));
   std::vector<std::size_t> cell(points_.size());
-  for (const auto p : points) cell[p] = cell_of(points_.x[p]);
-  std::stable_sort(points.begin(), points.end(), [&](auto a, auto b) { return cell[a] < cell[b]; });
+  for (const std::size_t p : points_.occupied()) cell[p] = cell_of(points_.x[p]);
+  const std::vector<std::uint32_t> points = by_cell(cell);
   find_active_box(points);
   here_ = points.size();
   const Order order = in_cell_order(points, cell);

@@ -39,7 +39,7 @@ struct Xpic : Pic {
     on.for_each_node([&](auto& node, const auto&) {
       node.motion = sum[index_of(node)];
       node.change.setZero();
-      on.hand_out(node);
+      on.hand_out(node, Vec(node.motion), Vec(node.change));
     });
   }
 };
