@@ -53,10 +53,9 @@ class GivingCells {
   /// `cleared`: of every slice.
   explicit GivingCells(ClearingCells&& cleared) : sums_(std::move(cleared.sums_)) {}
 
-  /// Adds what points bring to their cells, `cell` [number].
-  void give(const Wide& cell, const CellSums<Wide>& sums) {
-    const auto at = index_below(cell);
-    if (alike(cell)) return add_sums<CellSums>(sums, [&](std::size_t) { return row(at[0]); });
+  /// Adds what points bring to their cells, numbered `at`.
+  void give(const Index<Wide>& at, const CellSums<Wide>& sums) {
+    if (alike(at)) return add_sums<CellSums>(sums, [&](std::size_t) { return row(at[0]); });
     add_rows<CellSums>(sums, [&](std::size_t lane) { return row(at[lane]); });
   }
 
@@ -87,10 +86,9 @@ class GivenCells {
   GivenCells() = default;
   explicit GivenCells(GivingCells&& given) : sums_(std::move(given.sums_)) {}
 
-  /// The sums of the cells of several points, `cell` [number].
-  CellSums<Wide> take(const Wide& cell) const {
-    const auto at = index_below(cell);
-    return alike(cell) ? broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight)
+  /// The sums of the cells of several points, numbered `at`.
+  CellSums<Wide> take(const Index<Wide>& at) const {
+    return alike(at) ? broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight)
                        : look_up<CellSums>(sums_.data(), at);
   }
   void archive(const std::string& name, Archive& to) { to.structs<double>(name, sums_); }

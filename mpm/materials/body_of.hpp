@@ -141,7 +141,7 @@ class BodyOf final : public Body {
       const Strained strained = points.template strain<Axisymmetric>(block, cells.rates, sums);
       const auto r = law.update(state_.load(block, state_without<Where>), strained.step);
       state_.store(r.state, block, state_without<Where>);
-      store_regime(r.regime, block, points.points.regime);
+      store_whole(r.regime, block, points.points.regime);
       points.template book<accounts>(
           block, strained.step.mixing, strained.detached,
           {r.sigma, r.energies, law.stability(r.state, strained.step.void_ratio),

@@ -112,6 +112,9 @@ inline WideFloat sums(const WideFloat& a, const WideFloat& b, const WideFloat& c
 
 /// Whether all points have the same.
 inline bool alike(const Wide& x) { return all(x == Wide(x[0])); }
+inline bool alike(const Index<Wide>& i) {
+  return std::ranges::all_of(i, [&](int one) { return one == i[0]; });
+}
 
 /// f(first column, std::true_type) for groups of four of a struct's numbers, the last of which may
 /// overlap the one before, or f(column, std::false_type) for each; unrolled, so that a Wide is

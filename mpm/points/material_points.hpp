@@ -275,13 +275,12 @@ class MaterialPoints {
       sums.energies.contact += m * law.energies.contact;
     }
     limit_step<accounts.fluctuates>(block, inverse_density, law.stability, sums.fastest);
-    const Wide here = moves_ ? move(block, sums) : cell(block);
-    if (numerics_.averages_pressures()) pressures.give(here, {v, v * p});
+    if (moves_) move(block, sums);
+    if (numerics_.averages_pressures()) pressures.give(cell(block), {v, v * p});
   }
 
-  /// To their new places, and gives the numbers of the cells there; a point that would leave the
-  /// grid is named.
-  Wide move(const Block& block, PointSums& sums) {
+  /// To their new places; a point that would leave the grid is named.
+  void move(const Block& block, PointSums& sums) {
     const auto x = points.x.load(block) + Wide(dt_) * grid_velocity.load(block);
     points.x.store(x, block);
     Wide height = 0.0;
@@ -291,18 +290,32 @@ class MaterialPoints {
     if (!all(inside))
       for (std::size_t lane = 0; lane < Wide::size(); ++lane)
         if (!inside[lane]) sums.escaped = static_cast<std::ptrdiff_t>(block(lane));
-    return select(inside, box.cell(x), Wide(0.0));
+    store_whole(select(inside, box.cell(x), Wide(0.0)), block, cells_);
   }
-  template <class B>
-  Wide cell(const B& block) const {
-    return box.cell(points.x.load(block));
+  /// Number of the cell of the box that each lies in: sought where points move, and when they or
+  /// the box have been changed (`find_cells`).
+  Index<Wide> cell(const Block& block) const {
+    Index<Wide> out;
+    std::copy_n(&cells_[block.first], out.size(), out.begin());
+    return out;
+  }
+  Index<Wide> cell(const Scattered& at) const {
+    Index<Wide> out;
+    for (std::size_t lane = 0; lane < out.size(); ++lane) out[lane] = cells_[at(lane)];
+    return out;
+  }
+  void find_cells() {
+    cells_.resize(points.size());
+    for_each_block(0, points.size(), [&](const Block& block) {
+      store_whole(box.cell(points.x.load(block)), block, cells_);
+    });
   }
 
   /// Their pressure to their cells.
-  void give_pressure(const Block& block, const Wide& to, GivingCells& pressures) const {
+  void give_pressure(const Block& block, GivingCells& pressures) const {
     if (!numerics_.averages_pressures()) return;
     const Wide v = volume(block);
-    pressures.give(to, {v, v * block.load(pressure)});
+    pressures.give(cell(block), {v, v * block.load(pressure)});
   }
 
   /// What the internal force takes: the stress with the pressure through the same average as the
@@ -380,6 +393,7 @@ class MaterialPoints {
       2.0 * std::sqrt(static_cast<double>(dim)) / numerics_.h;  // times 2/2 [1/m]
   double inverse_wave_number_ = 1.0 / largest_wave_number_;     // [m]
   bool moves_ = true;
+  std::vector<std::int32_t> cells_;
 };
 
 }  // namespace grainpair

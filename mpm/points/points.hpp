@@ -69,10 +69,10 @@ class Occupied {
   const std::vector<double>& mass_;
 };
 
-/// A regime's number of each point of a block.
-inline void store_regime(const Wide& from, const Block& block, std::vector<std::int32_t>& regime) {
+/// A whole number of each point of a block.
+inline void store_whole(const Wide& from, const Block& block, std::vector<std::int32_t>& to) {
   using Four [[gnu::vector_size(16), gnu::aligned(4)]] = std::int32_t;
-  *reinterpret_cast<Four*>(&regime[block.first]) =
+  *reinterpret_cast<Four*>(&to[block.first]) =
       __builtin_convertvector(lanes(from), LanesOf<std::int32_t, 4>);
 }
 

@@ -63,7 +63,8 @@ void Solver<D>::move_points(MovingGrid grid, double dt) {
   point_sums_.assign(strips_.size(), {});
   for_each_strip([&](std::size_t s) {
     for_each_block(strips_[s].begin, strips_[s].end, [&](const Block& block) {
-      material_.give_pressure(block, material_.move(block, point_sums_[s]), grid.cells.pressures);
+      material_.move(block, point_sums_[s]);
+      material_.give_pressure(block, grid.cells.pressures);
     });
   });
   spent_rates_ = ClearingCells(GivenCells(std::move(grid.cells.rates)));

@@ -107,6 +107,7 @@ void Solver<D>::sort_points() {
   const Order order = in_cell_order(points, cell);
   material_.reorder(order);
   body_->reorder(order.from);
+  material_.find_cells();
   give_pressures_anew();
   drift_ = 0.0;
 }
@@ -201,9 +202,8 @@ void Solver<D>::give_pressures_anew() {
   clearing.clear();
   GivingCells pressures(std::move(clearing));
   for_each_strip([&](std::size_t s) {
-    for_each_block(strips_[s].begin, strips_[s].end, [&](const Block& block) {
-      material_.give_pressure(block, material_.cell(block), pressures);
-    });
+    for_each_block(strips_[s].begin, strips_[s].end,
+                   [&](const Block& block) { material_.give_pressure(block, pressures); });
   });
   pressures_ = GivenCells(std::move(pressures));
 }
@@ -252,6 +252,7 @@ void Solver<D>::archive(Archive& to) {
   to.structure<double>("ledger", ledger_);
   done_ = std::vector<Milestone>(strips_.size()), sweeps_ = 0;
   resize_cells();
+  material_.find_cells();
 }
 
 template class Solver<2>;
