@@ -42,10 +42,11 @@ struct Motion {
 template <int Dim>
 struct FloatNode : Motion<Dim, float> {
   FloatNode() : Motion<Dim, float>{} {}
-  explicit FloatNode(const Node<Dim>& node) : FloatNode() {
-    for (int d = 0; d < Dim; ++d)
-      this->motion[d] = static_cast<float>(node.motion[d]),
-      this->change[d] = static_cast<float>(node.change[d]);
+  FloatNode(const VectorOf<Dim, double>& velocity, const VectorOf<Dim, double>& increment)
+      : FloatNode() {
+    for (std::size_t d = 0; d < Dim; ++d)
+      this->motion[d] = static_cast<float>(velocity[d]),
+      this->change[d] = static_cast<float>(increment[d]);
   }
 };
 

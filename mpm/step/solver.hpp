@@ -245,12 +245,8 @@ class Solver final : public Simulation {
   /// and from registers. What has just been stored by twos cannot be loaded by fours at once.
   void hand_out(Node<dim>& node, const Vec& v, const Vec& increment) {
     node.motion = v, node.change = increment;
-    if (!kernel_->single) return;
-    FloatNode<dim> single;
-    for (std::size_t d = 0; d < dim; ++d)
-      single.motion[d] = static_cast<float>(v[d]),
-      single.change[d] = static_cast<float>(increment[d]);
-    velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = single;
+    if (kernel_->single)
+      velocities_[static_cast<std::size_t>(&node - grid_.nodes.data())] = {v, increment};
   }
   std::pair<std::size_t, std::size_t> unbound(const std::array<int, dim>& first,
                                               std::size_t count) const;
