@@ -30,18 +30,20 @@ void describe_record(hid_t object, const Dimension& dimension, const std::string
 }
 
 /// Columns of a frame. Points move between frames in memory, and from rank to rank; in the file a
-/// point keeps its row.
+/// point keeps its row. The first rank brings the rows together and writes them, so many at a time
+/// that it needs little room for what others have.
 class Records {
  public:
   /// `parent`: none where another rank writes what this one has.
-  Records(std::optional<hid_t> parent, const Simulation& simulation) : ranks_(simulation.ranks()) {
-    std::vector<std::uint32_t> ids;
+  Records(std::optional<hid_t> parent, const Simulation& simulation)
+      : ranks_(simulation.ranks()), parent_(parent) {
     simulation.visit_points([&](const auto& points) {
       for (const std::size_t p : points.occupied())
-        places_.push_back(p), ids.push_back(points.id[p]);
+        own_.push_back({points.id[p], static_cast<std::uint32_t>(p)});
     });
-    row_ = ranks_.gathered(std::move(ids));
-    parent_ = parent;
+    std::ranges::sort(own_, {}, &Row::number);
+    rows_ = own_.size();
+    ranks_.sum(std::span(&rows_, 1));
   }
 
   /// value(place of a point of this rank)
@@ -67,7 +69,7 @@ class Records {
             const std::vector<std::string>& components) {
     const auto group = group_of(name, dimension, "");
     if (!group) return;
-    const std::uint64_t shape[] = {row_.size()};
+    const std::uint64_t shape[] = {rows_};
     for (const auto& each : components) {
       const auto component = hdf5::create_group(*group, each);
       hdf5::write_attribute(component, "value", 0.0);
@@ -87,21 +89,41 @@ class Records {
   template <class T, class F, class G>
   void component(std::optional<hid_t> parent, const std::string& name, const std::string& unit,
                  F&& value, G&& describe) {
-    std::vector<T> own(places_.size());
-    for (std::size_t k = 0; k < own.size(); ++k) own[k] = static_cast<T>(value(places_[k]));
-    const std::vector<T> found = ranks_.gathered(std::move(own));
-    if (!parent) return;
-    std::vector<T> values(found.size());
-    for (std::size_t k = 0; k < found.size(); ++k) values[row_[k]] = found[k];
-    const auto dataset = hdf5::write_dataset<T>(*parent, name, values);
-    describe_component(dataset, unit);
-    describe(dataset);
+    std::optional<hdf5::Handle> dataset;
+    if (parent)
+      dataset.emplace(
+          hdf5::create_dataset(*parent, name, hdf5::type_of<T>(), rows_, std::min(rows_, at_once)));
+    auto next = own_.begin();
+    for (std::size_t begin = 0; begin < rows_; begin += at_once) {
+      const std::size_t end = std::min(begin + at_once, rows_);
+      std::vector<std::uint32_t> rows;
+      std::vector<T> values;
+      for (; next != own_.end() && next->number < end; ++next) {
+        rows.push_back(next->number);
+        values.push_back(static_cast<T>(value(std::size_t{next->place})));
+      }
+      rows = ranks_.gathered(std::move(rows)), values = ranks_.gathered(std::move(values));
+      if (!dataset) continue;
+      std::vector<T> in_order(end - begin);
+      for (std::size_t k = 0; k < rows.size(); ++k) in_order[rows[k] - begin] = values[k];
+      hdf5::write_rows<T>(*dataset, begin, in_order);
+    }
+    if (!dataset) return;
+    describe_component(*dataset, unit);
+    describe(*dataset);
   }
 
+  /// Rows that are brought together, and compressed, at a time. Frames of so many points have one
+  /// piece.
+  static constexpr std::size_t at_once = std::size_t{1} << 20;
+
+  struct Row {
+    std::uint32_t number, place;  // in the file; of the point in memory
+  };
   const Ranks& ranks_;
   std::optional<hid_t> parent_;
-  std::vector<std::size_t> places_;  // of the points of this rank
-  std::vector<std::uint32_t> row_;   // of what is gathered
+  std::vector<Row> own_;  // of this rank, in order
+  std::size_t rows_;      // of all ranks
 };
 
 std::string today() {

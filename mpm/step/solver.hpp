@@ -211,6 +211,7 @@ class Solver final : public Simulation {
   void hand_over();
   void put_in(Order& order, const Bytes& count, const Bytes& come);
   void widen_box();
+  void show_box();
   void agree();
   /// Slices of nodes, or of cells, that two ranks give to.
   struct Shared {

@@ -228,6 +228,13 @@ void Solver<D>::widen_box() {
   // without points there is nothing but what neighbours give to
   if (!ranks().has_left()) box.begin[0] = std::min(box.begin[0], shared_nodes(end_column()).begin);
   if (!ranks().has_right()) box.end[0] = std::max(box.end[0], shared_nodes(first_column()).end);
+  show_box();
+}
+
+/// Has the nodes of the box in memory, and no others.
+template <int D>
+void Solver<D>::show_box() {
+  const auto& box = material_.box;
   const auto stride = static_cast<std::size_t>(grid_.stride[0]);
   first_node_ = static_cast<std::size_t>(box.begin[0]) * stride;
   const auto end = static_cast<std::size_t>(box.end[0]) * stride;
@@ -275,6 +282,8 @@ template void Solver<2>::put_in(Order&, const Bytes&, const Bytes&);
 template void Solver<3>::put_in(Order&, const Bytes&, const Bytes&);
 template void Solver<2>::widen_box();
 template void Solver<3>::widen_box();
+template void Solver<2>::show_box();
+template void Solver<3>::show_box();
 template void Solver<2>::agree();
 template void Solver<3>::agree();
 

@@ -241,6 +241,11 @@ void Solver<D>::archive(Archive& to) {
   to.structure<double>("ledger", ledger_);
   done_ = std::vector<Milestone>(strips_.size()), sweeps_ = 0;
   resize_cells();
+  if (!ranks().many()) return;
+  to.list("cuts", cuts_), to.number("here", here_);
+  to.number("unequal", unequal_), to.number("agreed", agreed_);
+  to.structure<double>("all", all_);
+  show_box();
 }
 
 template class Solver<2>;

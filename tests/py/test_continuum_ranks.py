@@ -12,8 +12,11 @@ import numpy as np
 import pytest
 
 from cases.programs import ROOT, program
+from bits import differences
+from watched import seen
 
 CI = ROOT / "cases" / "column_ci"
+OFTEN = "output.checkpoint_interval=0.02"  # [s]
 SETS = ("mpm.precision=double", "mpm.cell_size=0.001", "time.maximum=0.5")
 
 pytestmark = pytest.mark.skipif(
@@ -22,11 +25,18 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def run(out, *words, sets=SETS, case=CI):
+def command(out, *words, sets=SETS, case=CI):
     line = [program("mpm_run"), case, "-o", out, "--quiet", *words]
-    line += [word for one in sets for word in ("--set", one)]
+    return [str(word) for word in line + [word for one in sets for word in ("--set", one)]]
+
+
+def run(out, *words, sets=SETS, case=CI):
     return subprocess.run(
-        [str(word) for word in line], capture_output=True, text=True, timeout=200, check=False
+        command(out, *words, sets=sets, case=case),
+        capture_output=True,
+        text=True,
+        timeout=200,
+        check=False,
     )
 
 
@@ -73,7 +83,8 @@ def test_their_history_is_that_of_the_whole(both):
         ([], ROOT / "cases" / "chute_ci", 2, 2, "ranks share no chute"),
         (["grains.density=-1"], CI, 2, 2, "grains.density = -1"),
         (
-            ["mpm.time_step_fraction=5", "mpm.velocity_relaxation=1e9", "mpm.cell_size=0.0005"],
+            ["mpm.time_step_fraction=5", "mpm.velocity_relaxation=1e9", "mpm.cell_size=0.0005"]
+            + [OFTEN],
             CI,
             2,
             3,
@@ -96,23 +107,95 @@ def test_a_place_that_cannot_be_written_is_one_line(tmp_path):
     assert done.stderr.count("\n") == 1
 
 
-def test_who_is_killed_leaves_no_rank_behind(tmp_path):
-    mark = f"--set=title={tmp_path.name}"
-    line = [program("mpm_run"), CI, "-o", tmp_path / "o.h5", "--ranks", 2, "--quiet"]
-    line += ["--set", "mpm.cell_size=0.0004", mark]
-    one = subprocess.Popen([str(word) for word in line], stderr=subprocess.DEVNULL)
+def ranks_of(mark: str) -> list[str]:
+    """What runs as a rank with these words on its command line."""
+    told = subprocess.run(["ps", "-eo", "stat,args"], capture_output=True, text=True)
+    ours = [row for row in told.stdout.splitlines() if mark in row and "mpm_run_ranks" in row]
+    return [row for row in ours if row[0] != "Z" and " mpirun " not in row]
 
-    def ranks() -> list[str]:
-        told = subprocess.run(["ps", "-eo", "stat,args"], capture_output=True, text=True)
-        ours = [row for row in told.stdout.splitlines() if mark in row and "mpm_run_ranks" in row]
-        return [row for row in ours if row[0] != "Z" and " mpirun " not in row]
 
+def wait_until(ready, seconds: float) -> None:
     began = time.monotonic()
-    while len(ranks()) < 2:
-        assert one.poll() is None and time.monotonic() - began < 60.0
-        time.sleep(0.05)
+    while not ready():
+        assert time.monotonic() - began < seconds
+        time.sleep(0.02)
+
+
+def test_who_is_killed_leaves_no_rank_behind(tmp_path):
+    mark = f"title={tmp_path.name}"
+    line = command(tmp_path / "o.h5", "--ranks", 2, sets=("mpm.cell_size=0.0004", mark))
+    one = subprocess.Popen(line, stderr=subprocess.DEVNULL)
+    wait_until(lambda: one.poll() is not None or len(ranks_of(mark)) == 2, 60.0)
     one.send_signal(signal.SIGKILL)
     one.wait()
-    while ranks():
-        assert time.monotonic() - began < 90.0
-        time.sleep(0.05)
+    wait_until(lambda: not ranks_of(mark), 90.0)
+
+
+KEPT = ("time.maximum=1.2", "mpm.cell_size=0.001")
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    result = tmp_path_factory.mktemp("undisturbed") / "mpm.h5"
+    assert run(result, "--ranks", 2, sets=(*KEPT, "output.checkpoint_interval=0")).returncode == 0
+    return result
+
+
+def parts(result, rank: int) -> list:
+    """A rank's of all checkpoints, the newest last."""
+    found = seen(result.with_name(f"{result.name}.unfinished"), "checkpoint-*")
+    ours = [path for path in found if path.suffix == (f".{rank}" if rank else "")]
+    return sorted(ours, key=lambda path: int(path.stem.split("-")[1]))
+
+
+@pytest.fixture
+def killed(tmp_path):
+    """Ranks that were killed with two checkpoints that both have; on a busy machine they may be
+    ready before that is seen, and then others are killed.
+    """
+    result = tmp_path / "mpm.h5"
+    for _ in range(10):
+        line = command(result, "--ranks", 2, sets=(*KEPT, OFTEN))
+        one = subprocess.Popen(line, stderr=subprocess.DEVNULL)
+        kept: set[str] = set()
+        while one.poll() is None and len(kept) < 3:
+            kept |= {path.name for path in parts(result, 1)}
+        one.kill()
+        one.wait()
+        wait_until(lambda: not ranks_of(str(result)), 90.0)
+        if one.returncode == -signal.SIGKILL and not result.exists():
+            return result
+        result.unlink(missing_ok=True)
+    raise AssertionError("every run was ready before it was killed")
+
+
+def began_at(said: str) -> float:
+    assert said.count("\n") == 1 and "goes on from t = " in said
+    return float(said.split("t = ")[1].split()[0])
+
+
+def test_killed_ranks_end_with_the_same_bits(killed, undisturbed):
+    """From whichever checkpoint: the newest; the one before, where a rank lacks its part."""
+    times = []
+    folder = killed.with_name(f"{killed.name}.unfinished")
+    copies = killed.with_name("copies")
+    shutil.copytree(folder, copies)
+    for lacks in (None, parts(killed, 1)[-1].name):
+        if lacks:
+            shutil.move(copies, folder)
+            (folder / lacks).unlink()
+        done = run(killed, "--ranks", 2, sets=(*KEPT, OFTEN))
+        assert done.returncode == 0
+        times.append(began_at(done.stderr))
+        assert differences(undisturbed, killed) == ["@case_resolved"]  # which tells the interval
+        assert not folder.exists()
+    assert 0.0 < times[1] < times[0]
+
+
+@pytest.mark.parametrize("ranks, sets", [(1, ()), (2, ("grains.density=2532.000000001",))])
+def test_what_others_have_kept_is_not_gone_on_from(killed, undisturbed, ranks, sets):
+    """The control, too: what differs in the twelfth digit would be seen."""
+    done = run(killed, "--ranks", ranks, sets=(*KEPT, OFTEN, *sets))
+    assert "begins anew: what was kept there is of another run" in done.stderr
+    assert len(differences(undisturbed, killed)) > 50
+    assert {path.name for path in killed.parent.iterdir()} == {killed.name}
