@@ -41,9 +41,9 @@ class Records {
       for (const std::size_t p : points.occupied())
         own_.push_back({points.id[p], static_cast<std::uint32_t>(p)});
     });
-    std::ranges::sort(own_, {}, &Row::number);
     rows_ = own_.size();
     ranks_.sum(std::span(&rows_, 1));
+    if (rows_ > at_once) std::ranges::sort(own_, {}, &Row::number);
   }
 
   /// value(place of a point of this rank)
@@ -93,36 +93,49 @@ class Records {
     if (parent)
       dataset.emplace(
           hdf5::create_dataset(*parent, name, hdf5::type_of<T>(), rows_, std::min(rows_, at_once)));
-    auto next = own_.begin();
+    auto next = own_.cbegin();
     for (std::size_t begin = 0; begin < rows_; begin += at_once) {
       const std::size_t end = std::min(begin + at_once, rows_);
-      std::vector<std::uint32_t> rows;
-      std::vector<T> values;
-      for (; next != own_.end() && next->number < end; ++next) {
-        rows.push_back(next->number);
-        values.push_back(static_cast<T>(value(std::size_t{next->place})));
-      }
-      rows = ranks_.gathered(std::move(rows)), values = ranks_.gathered(std::move(values));
-      if (!dataset) continue;
-      std::vector<T> in_order(end - begin);
-      for (std::size_t k = 0; k < rows.size(); ++k) in_order[rows[k] - begin] = values[k];
-      hdf5::write_rows<T>(*dataset, begin, in_order);
+      const auto first = next;
+      next = std::find_if(first, own_.cend(), [&](const Row& row) { return row.number >= end; });
+      const auto in_order = brought_together<T>(std::span(first, next), begin, end, value);
+      if (dataset) hdf5::write_rows<T>(*dataset, begin, in_order);
     }
     if (!dataset) return;
     describe_component(*dataset, unit);
     describe(*dataset);
   }
 
+  struct Row {
+    std::uint32_t number, place;  // in the file; of the point in memory
+  };
+
+  /// On the first rank the values of rows begin ... end - 1, of which this one has `own`.
+  template <class T, class F>
+  std::vector<T> brought_together(std::span<const Row> own, std::size_t begin, std::size_t end,
+                                  F&& value) const {
+    std::vector<T> out(parent_ ? end - begin : 0);
+    const auto of = [&](const Row& row) { return static_cast<T>(value(std::size_t{row.place})); };
+    if (!ranks_.many()) {
+      for (const Row& row : own) out[row.number - begin] = of(row);
+      return out;
+    }
+    std::vector<std::uint32_t> numbers(own.size());
+    std::vector<T> values(own.size());
+    std::ranges::transform(own, numbers.begin(), &Row::number);
+    std::ranges::transform(own, values.begin(), of);
+    numbers = ranks_.gathered(std::move(numbers)), values = ranks_.gathered(std::move(values));
+    for (std::size_t k = 0; k < numbers.size(); ++k) out[numbers[k] - begin] = values[k];
+    return out;
+  }
+
   /// Rows that are brought together, and compressed, at a time. Frames of so many points have one
   /// piece.
   static constexpr std::size_t at_once = std::size_t{1} << 20;
 
-  struct Row {
-    std::uint32_t number, place;  // in the file; of the point in memory
-  };
   const Ranks& ranks_;
   std::optional<hid_t> parent_;
-  std::vector<Row> own_;  // of this rank, in order
+  std::vector<Row> own_;  // of this rank, in the order they are brought together in
   std::size_t rows_;      // of all ranks
 };
 

@@ -17,7 +17,7 @@ Solver<D>::Solver(const SolverSetup<dim>& setup, std::unique_ptr<TransferKernel<
       exchange_{MaterialPoints<dim>(setup.numerics, std::move(points), setup.point_size,
                                     setup.solid_density, setup.gravity, kernel_->single,
                                     setup.axisymmetric),
-                Grid<dim>(kernel_->axes()),
+                Grid<dim>(kernel_->axes(), !ranks().many()),
                 {},
                 setup.numerics.transfer},
       strip_width_(dim == 2 ? 5 : (kernel_->reach + colours - 1) / (colours - 1)),
