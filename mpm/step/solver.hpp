@@ -213,26 +213,25 @@ class Solver final : public Simulation {
   void widen_box();
   void show_box();
   void agree();
+  /// Whether there is a neighbour that shares nodes.
+  bool has_left() const { return setup_.period || ranks().here() > 0; }
+  bool has_right() const { return setup_.period || ranks().here() + 1 < ranks().count(); }
+  bool lies_left(int column) const;
   /// Slices of nodes, or of cells, that two ranks give to.
   struct Shared {
     int begin, end;
   };
   Shared shared_nodes(int cut) const;
   static Shared shared_cells(int cut);
-  /// Columns of cells of this rank; those of nodes that it counts are as many, and at the last of
-  /// them all that follow.
+  /// Columns of cells of this rank. It counts as many of nodes; the last all that follow, too.
   int first_column() const { return cuts_[static_cast<std::size_t>(ranks().here())]; }
   int end_column() const { return cuts_[static_cast<std::size_t>(ranks().here()) + 1]; }
-  /// Of what slices of nodes have, that of those which are nobody else's images, and no other rank
-  /// counts.
+  /// Of what slices of nodes have, that of those which are no images, and no other rank's.
   std::span<const Work> counted(const std::vector<Work>& all) const;
   /// Number of the first node in memory.
   std::size_t first_in_memory() const { return first_node_; }
   /// Throws it, or keeps it until all ranks know.
-  void fail(const SolverError& error) {
-    if (!ranks().many()) throw error;
-    if (!failed_) failed_ = error;
-  }
+  void fail(const SolverError& error);
   /// Where the period begins on the grid [m].
   double origin() const { return setup_.period ? Period::beside * setup_.numerics.h : 0.0; }
 
@@ -391,7 +390,7 @@ class Solver final : public Simulation {
   double unequal_ = 0.0, agreed_ = 0.0;  // sum of imbalances, of so many steps
   EnergyLedger all_;                     // sums over the ranks
   std::optional<SolverError> failed_;    // what this rank has to throw
-  std::vector<double> to_[2], from_[2];  // sums of nodes on their way to and from the neighbours
+  std::vector<double> to_[2], from_[2];  // sums of nodes on their way between neighbours
   StageTimes* times_ = nullptr;          // where somebody asks for them
 };
 

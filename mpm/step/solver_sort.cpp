@@ -154,6 +154,7 @@ void Solver<D>::find_active_box(const std::vector<std::uint32_t>& points) {
   if (setup_.period) {  // images alike
     material_.box.begin[0] = 0, material_.box.end[0] = grid_.axes[0].nodes;
     tops_.assign(static_cast<std::size_t>(grid_.axes[0].nodes), material_.box.end[1]);
+    if (ranks().many()) widen_box();
     return;
   }
   std::vector<int> highest(static_cast<std::size_t>(setup_.cells[0]), -1);  // by column of cells

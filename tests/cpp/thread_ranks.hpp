@@ -31,10 +31,13 @@ class Table {
   std::barrier<> all_;
 };
 
-/// A thread's rank; a `deaf` one hears nothing from its neighbours but silence.
+/// Where ranks hear nothing of their neighbours' sums but silence.
+enum class Deaf { nowhere, between_last_and_first, everywhere };
+
+/// A thread's rank.
 class ThreadRanks final : public Ranks {
  public:
-  ThreadRanks(Table& table, int here, bool deaf) : table_(table), here_(here), deaf_(deaf) {}
+  ThreadRanks(Table& table, int here, Deaf deaf) : table_(table), here_(here), deaf_(deaf) {}
   int here() const override { return here_; }
   int count() const override { return table_.count(); }
   bool balance() const override { return true; }
@@ -45,14 +48,13 @@ class ThreadRanks final : public Ranks {
     both.insert(both.end(), to_right.begin(), to_right.end());
     const bool sums = to_left.size() + to_right.size() > 2 * sizeof(std::size_t);
     table_.meet(here_, std::move(both), [&](const std::vector<Bytes>& places) {
-      if (deaf_ && sums) {
-        std::ranges::fill(from_left, std::byte{0}), std::ranges::fill(from_right, std::byte{0});
-        return;
-      }
-      const auto at = static_cast<std::size_t>(here_);
-      if (has_left())
-        std::copy_n(places[at - 1].end() - length(from_left), from_left.size(), from_left.begin());
-      if (has_right()) std::copy_n(places[at + 1].begin(), from_right.size(), from_right.begin());
+      const Bytes& left_one = places[static_cast<std::size_t>(left())];
+      std::copy_n(left_one.end() - length(from_left), from_left.size(), from_left.begin());
+      const Bytes& right_one = places[static_cast<std::size_t>(right())];
+      std::copy_n(right_one.begin(), from_right.size(), from_right.begin());
+      const bool ends = deaf_ == Deaf::between_last_and_first, all = deaf_ == Deaf::everywhere;
+      if (sums && (all || (ends && here_ == 0))) std::ranges::fill(from_left, std::byte{0});
+      if (sums && (all || (ends && right() == 0))) std::ranges::fill(from_right, std::byte{0});
     });
   }
 
@@ -79,13 +81,13 @@ class ThreadRanks final : public Ranks {
   }
   Table& table_;
   int here_;
-  bool deaf_;
+  Deaf deaf_;
 };
 
 /// Calls f(ranks) on each of `count` threads. What the solver throws, all of them throw; then there
 /// is nothing more of it.
 template <class F>
-void with_ranks(int count, F&& f, bool deaf = false) {
+void with_ranks(int count, F&& f, Deaf deaf = Deaf::nowhere) {
   Table table(count);
   std::vector<std::jthread> threads;
   for (int r = 0; r < count; ++r)
