@@ -2,6 +2,8 @@
 What ranks do to a column is tested where they are threads (tests/cpp/ranks_test.cpp).
 """
 
+import contextlib
+import os
 import shutil
 import signal
 import subprocess
@@ -125,11 +127,17 @@ def test_a_place_that_cannot_be_written_is_one_line(tmp_path):
     assert done.stderr.count("\n") == 1
 
 
-def ranks_of(mark: str) -> list[str]:
-    """What runs as a rank with these words on its command line."""
-    told = subprocess.run(["ps", "-eo", "stat,args"], capture_output=True, text=True)
-    ours = [row for row in told.stdout.splitlines() if mark in row and "mpm_run_ranks" in row]
-    return [row for row in ours if row[0] != "Z" and " mpirun " not in row]
+def ranks_of(mark: str) -> list[int]:
+    """Processes that run as ranks with these words on their command lines."""
+    told = subprocess.run(["ps", "-eo", "pid,stat,args"], capture_output=True, text=True)
+    rows = [row for row in told.stdout.splitlines() if mark in row and "mpm_run_ranks" in row]
+    ours = [row.split()[:2] for row in rows if " mpirun " not in row]
+    return [int(pid) for pid, state in ours if state[0] != "Z"]
+
+
+def kill(number: int) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(number, signal.SIGKILL)
 
 
 def wait_until(ready, seconds: float) -> None:
@@ -178,7 +186,8 @@ def killed(tmp_path):
         kept: set[str] = set()
         while one.poll() is None and len(kept) < 3:
             kept |= {path.name for path in parts(result, 1)}
-        one.kill()
+        for number in (one.pid, *ranks_of(str(result))):  # ranks alone live on for a second
+            kill(number)
         one.wait()
         wait_until(lambda: not ranks_of(str(result)), 90.0)
         if one.returncode == -signal.SIGKILL and not result.exists():
