@@ -260,9 +260,11 @@ void Checkpoints::keep(Output& output, long step, const Passes& all) {
   }
   std::optional<std::string> why;
   try {
-    Keeping keeping(part_, head(key_, segments_));
-    all(keeping);
-    keeping.finish();
+    {
+      Keeping keeping(part_, head(key_, segments_));
+      all(keeping);
+      keeping.finish();
+    }
     fs::rename(part_, file(step));
   } catch (const std::exception& error) {
     why = error.what();
@@ -313,6 +315,9 @@ bool Checkpoints::restore(const Passes& all) {
     std::getline(in, line);
     Restoring restoring(in);
     all(restoring);
+    std::error_code ignored;
+    for (const long other : mine)
+      if (other > step) fs::remove(file(other), ignored);
     if (first())
       for (auto beyond = segments_ + 1; fs::remove(frames_file(folder_, beyond)); ++beyond)
         continue;

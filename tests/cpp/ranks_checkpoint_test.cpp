@@ -130,6 +130,8 @@ TEST_F(RanksKeep, OneThatARankLacksGivesWayToTheOneBefore) {
   const auto undisturbed = keep_and_stop();
   fs::remove(part(newer, 1));
   EXPECT_EQ(go_on(older), undisturbed);
+  EXPECT_FALSE(fs::exists(part(newer, 0)) || fs::exists(part(newer, 2)));  // of no use
+  EXPECT_EQ(go_on(older), undisturbed);
 }
 
 TEST_F(RanksKeep, OneThatIsSpoiltGivesWayToTheOneBefore) {
