@@ -35,15 +35,15 @@ void describe_record(hid_t object, const Dimension& dimension, const std::string
 class Records {
  public:
   /// `parent`: none where another rank writes what this one has.
-  Records(std::optional<hid_t> parent, const Simulation& simulation)
-      : ranks_(simulation.ranks()), parent_(parent) {
+  Records(std::optional<hid_t> parent, const Simulation& simulation, std::size_t at_once)
+      : ranks_(simulation.ranks()), parent_(parent), at_once_(at_once) {
     simulation.visit_points([&](const auto& points) {
       for (const std::size_t p : points.occupied())
         own_.push_back({points.id[p], static_cast<std::uint32_t>(p)});
     });
     rows_ = own_.size();
     ranks_.sum(std::span(&rows_, 1));
-    if (rows_ > at_once) std::ranges::sort(own_, {}, &Row::number);
+    if (rows_ > at_once_) std::ranges::sort(own_, {}, &Row::number);
   }
 
   /// value(place of a point of this rank)
@@ -91,11 +91,11 @@ class Records {
                  F&& value, G&& describe) {
     std::optional<hdf5::Handle> dataset;
     if (parent)
-      dataset.emplace(
-          hdf5::create_dataset(*parent, name, hdf5::type_of<T>(), rows_, std::min(rows_, at_once)));
+      dataset.emplace(hdf5::create_dataset(*parent, name, hdf5::type_of<T>(), rows_,
+                                           std::min(rows_, at_once_)));
     auto next = own_.cbegin();
-    for (std::size_t begin = 0; begin < rows_; begin += at_once) {
-      const std::size_t end = std::min(begin + at_once, rows_);
+    for (std::size_t begin = 0; begin < rows_; begin += at_once_) {
+      const std::size_t end = std::min(begin + at_once_, rows_);
       const auto first = next;
       next = std::find_if(first, own_.cend(), [&](const Row& row) { return row.number >= end; });
       const auto in_order = brought_together<T>(std::span(first, next), begin, end, value);
@@ -129,12 +129,9 @@ class Records {
     return out;
   }
 
-  /// Rows that are brought together, and compressed, at a time. Frames of so many points have one
-  /// piece.
-  static constexpr std::size_t at_once = std::size_t{1} << 20;
-
   const Ranks& ranks_;
   std::optional<hid_t> parent_;
+  std::size_t at_once_;   // rows that are brought together
   std::vector<Row> own_;  // of this rank, in the order they are brought together in
   std::size_t rows_;      // of all ranks
 };
@@ -178,8 +175,8 @@ void copy_frames(const std::string& path, hid_t to) {
 
 }  // namespace
 
-Output::Output(Draft* draft, const Case& scene, const Provenance& provenance)
-    : draft_(draft), scene_(scene), provenance_(provenance) {
+Output::Output(Draft* draft, const Case& scene, const Provenance& provenance, std::size_t at_once)
+    : draft_(draft), scene_(scene), provenance_(provenance), at_once_(at_once) {
   if (draft_) file();
 }
 
@@ -229,7 +226,7 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
   const std::vector<std::string> xyz{"x", "y", "z"};
   simulation.visit_points([&](const auto& points) {
     const double solid_density = simulation.solid_density();
-    Records records(cloud ? std::optional<hid_t>(*cloud) : std::nullopt, simulation);
+    Records records(cloud ? std::optional<hid_t>(*cloud) : std::nullopt, simulation, at_once_);
     const auto of = [](const auto& field) { return [&](std::size_t p) { return field[p]; }; };
     records.tensor("position", "m", length, xyz,
                    [&](std::size_t p, int c) { return simulation.position(p)[c]; });
