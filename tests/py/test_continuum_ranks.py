@@ -82,8 +82,8 @@ def test_two_processes_share_a_chute(tmp_path):
     """Each is the other's neighbour on both sides: sums must not come to the wrong border. The
     surface passes some three periods.
     """
-    sets = ("mpm.precision=double", "mpm.cell_size=0.00075", "mpm.jitter=0.3", "time.maximum=1")
-    sets += ("initial.velocity=0.5",)
+    sets = ["mpm.precision=double", "mpm.cell_size=0.00075", "mpm.jitter=0.3", "time.maximum=1"]
+    sets.append("initial.velocity=0.5")
     for ranks in (1, 2):
         out = tmp_path / f"{ranks}.h5"
         done = run(out, "--ranks", ranks, sets=sets, case=ROOT / "cases" / "chute_ci")
