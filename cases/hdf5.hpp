@@ -211,21 +211,38 @@ inline void write_attribute(hid_t object, const std::string& name, const std::st
     throw Error("HDF5: cannot write attribute " + name);
 }
 
+/// A one-dimensional dataset of `n` numbers of type `stored`, of which `together` are compressed at
+/// a time.
+inline Handle create_dataset(hid_t parent, const std::string& name, hid_t stored, hsize_t n,
+                             hsize_t together) {
+  const Handle space(H5Screate_simple(1, &n, nullptr), H5Sclose, "make a dataspace");
+  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "make a property list");
+  if (n > 0) {
+    H5Pset_chunk(creation, 1, &together);
+    H5Pset_shuffle(creation);
+    H5Pset_deflate(creation, 2);
+  }
+  return {H5Dcreate2(parent, name.c_str(), stored, space, H5P_DEFAULT, creation, H5P_DEFAULT),
+          H5Dclose, "create dataset " + name};
+}
+
+/// Puts `values` into a dataset, from number `begin` on.
+template <class T>
+void write_rows(hid_t dataset, hsize_t begin, std::span<const T> values) {
+  const hsize_t n = values.size();
+  const Handle ours(H5Screate_simple(1, &n, nullptr), H5Sclose, "make a dataspace");
+  const Handle there(H5Dget_space(dataset), H5Sclose, "read a dataspace");
+  H5Sselect_hyperslab(there, H5S_SELECT_SET, &begin, nullptr, &n, nullptr);
+  if (H5Dwrite(dataset, type_of<T>(), ours, there, H5P_DEFAULT, values.data()) < 0)
+    throw Error("HDF5: cannot write rows of a dataset");
+}
+
 /// A compressed one-dimensional dataset, stored as `stored` (native type of T by default).
 template <class T>
 Handle write_dataset(hid_t parent, const std::string& name, std::span<const T> values,
                      hid_t stored = H5I_INVALID_HID) {
-  const hsize_t n = values.size();
-  const Handle space(H5Screate_simple(1, &n, nullptr), H5Sclose, "make a dataspace");
-  const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "make a property list");
-  if (n > 0) {
-    H5Pset_chunk(creation, 1, &n);
-    H5Pset_shuffle(creation);
-    H5Pset_deflate(creation, 2);
-  }
-  Handle dataset(H5Dcreate2(parent, name.c_str(), stored == H5I_INVALID_HID ? type_of<T>() : stored,
-                            space, H5P_DEFAULT, creation, H5P_DEFAULT),
-                 H5Dclose, "create dataset " + name);
+  Handle dataset = create_dataset(parent, name, stored == H5I_INVALID_HID ? type_of<T>() : stored,
+                                  values.size(), values.size());
   if (H5Dwrite(dataset, type_of<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
     throw Error("HDF5: cannot write dataset " + name);
   return dataset;

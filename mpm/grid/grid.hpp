@@ -42,14 +42,14 @@ struct Grid {
   Window<Node<Dim>> nodes;  // last axis fastest
   std::array<int, Dim> stride;
 
-  /// All nodes are in memory at first.
-  explicit Grid(const std::array<GridAxis, Dim>& along) : axes(along) {
+  /// All nodes are in memory at first, or none of them.
+  explicit Grid(const std::array<GridAxis, Dim>& along, bool all = true) : axes(along) {
     int count = 1;
     for (int d = Dim - 1; d >= 0; --d) {
       stride[d] = count;
       count *= axes[d].nodes;
     }
-    nodes.show(0, static_cast<std::size_t>(count));
+    if (all) nodes.show(0, static_cast<std::size_t>(count));
   }
 };
 

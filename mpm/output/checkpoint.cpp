@@ -140,9 +140,9 @@ bool is_whole(const fs::path& path) {
   return in && told == digest.text();
 }
 
-/// What decides a run to the last bit: this program, the case but for how often it is kept, and the
-/// state it starts from, which holds packing and seed.
-std::string key_of(const Case& scene, const Passes& begin) {
+/// What decides a rank's part of a run to the last bit: this program, the case but for how often it
+/// is kept, which of the ranks it is, and the state it starts from, which holds packing and seed.
+std::string key_of(const Case& scene, const Passes& begin, const Ranks& ranks) {
   Digesting state;
   Digest& digest = state.digest;
   std::ifstream program("/proc/self/exe", std::ios::binary);
@@ -152,6 +152,7 @@ std::string key_of(const Case& scene, const Passes& begin) {
   std::istringstream resolved(scene.resolved());
   for (std::string line; std::getline(resolved, line);)
     if (!line.starts_with("checkpoint_interval")) digest.add(line).add("\n");
+  if (ranks.many()) digest.add(fmt::format("rank {} of {}\n", ranks.here(), ranks.count()));
   begin(state);
   return digest.text();
 }
@@ -180,92 +181,146 @@ bool readable(const std::string& path) {
   }
 }
 
+/// Of a file of a checkpoint, that of whatever rank; -1 of any other.
+long step_of(const fs::path& path) {
+  long step = 0;
+  int rank = 0;
+  char more = 0;
+  const std::string name = path.filename().string();
+  if (std::sscanf(name.c_str(), "checkpoint-%ld%c", &step, &more) == 1) return step;
+  return std::sscanf(name.c_str(), "checkpoint-%ld.%d%c", &step, &rank, &more) == 2 ? step : -1;
+}
+
+bool is_frames(const std::string& name) {
+  return name.starts_with("frames-") && name.ends_with(".h5");
+}
+
+bool is_part(const std::string& name) { return name == "part" || name.starts_with("part."); }
+
 }  // namespace
 
-Checkpoints::Checkpoints(const Draft& draft, const Case& scene, const Passes& begin)
-    : draft_(draft.name()),
-      result_(draft.path()),
+Checkpoints::Checkpoints(const std::string& path, const Draft* draft, const Case& scene,
+                         const Passes& begin, const Ranks& ranks)
+    : ranks_(ranks),
+      draft_(draft ? draft->name() : ""),
+      result_(path),
       folder_(result_ + ".unfinished"),
-      key_(key_of(scene, begin)),
+      part_(folder_ / (first() ? "part" : fmt::format("part.{}", ranks.here()))),
+      key_(key_of(scene, begin, ranks)),
       interval_(scene.number("output.checkpoint_interval")) {}
 
-/// What is not ours stays, and the folder with it.
+/// This rank's part of a checkpoint.
+fs::path Checkpoints::file(long step) const {
+  const std::string name = fmt::format("checkpoint-{}", step);
+  return folder_ / (first() ? name : fmt::format("{}.{}", name, ranks_.here()));
+}
+
+/// What is not ours stays, and the folder with it. The first rank sees those of all where they
+/// share a folder; where they do not, each has its own.
 void Checkpoints::remove() {
   std::error_code ignored;
-  std::vector<fs::path> ours = newest_first();
-  ours.push_back(folder_ / "part");
+  std::vector<fs::path> ours;
   for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("frames-") && name.ends_with(".h5")) ours.push_back(entry.path());
+    const fs::path& path = entry.path();
+    const long step = step_of(path);
+    const bool own = path == part_ || (step >= 0 && path == file(step));
+    const std::string name = path.filename().string();
+    if (own || (first() && (step >= 0 || is_frames(name) || is_part(name)))) ours.push_back(path);
   }
   for (const fs::path& path : ours) fs::remove(path, ignored);
   fs::remove(folder_, ignored);
 }
 
 bool Checkpoints::due() const {
-  return interval_ > 0.0 &&
-         std::chrono::steady_clock::now() - last_ >= std::chrono::duration<double>(interval_);
+  if (interval_ <= 0.0) return false;
+  const auto since = std::chrono::steady_clock::now() - last_;
+  return ranks_.all(static_cast<char>(since >= std::chrono::duration<double>(interval_)))[0];
 }
 
-std::vector<fs::path> Checkpoints::newest_first() const {
-  std::vector<std::pair<long, fs::path>> found;
+/// Steps of which this rank has its part.
+std::vector<long> Checkpoints::newest_first() const {
+  std::vector<long> out;
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
-    long step = 0;
-    char end = 0;
-    if (std::sscanf(entry.path().filename().c_str(), "checkpoint-%ld%c", &step, &end) == 1)
-      found.emplace_back(step, entry.path());
-  }
-  std::sort(found.rbegin(), found.rend());
-  std::vector<fs::path> out;
-  out.reserve(found.size());
-  for (auto& [step, path] : found) out.push_back(std::move(path));
+  for (const auto& entry : fs::directory_iterator(folder_, ignored))
+    if (const long step = step_of(entry.path()); step >= 0 && entry.path() == file(step))
+      out.push_back(step);
+  std::sort(out.rbegin(), out.rend());
   return out;
 }
 
+/// Parts of older checkpoints go once all ranks have theirs of this one.
 void Checkpoints::keep(Output& output, long step, const Passes& all) {
-  const fs::path next = frames_file(folder_, segments_ + 1), part = folder_ / "part";
-  fs::create_directory(folder_);
+  const fs::path next = frames_file(folder_, segments_ + 1);
+  std::error_code ignored;
+  first() ? fs::create_directory(folder_) : fs::create_directory(folder_, ignored);
   if (output.close_frames()) {
     settle(draft_);
     fs::rename(draft_, next);
     ++segments_;
   }
+  std::optional<std::string> why;
   try {
     {
-      Keeping keeping(part, head(key_, segments_));
+      Keeping keeping(part_, head(key_, segments_));
       all(keeping);
       keeping.finish();
     }
-    fs::rename(part, folder_ / fmt::format("checkpoint-{}", step));
-    const auto kept = newest_first();
-    for (std::size_t i = kept_at_least; i < kept.size(); ++i) fs::remove(kept[i]);
+    fs::rename(part_, file(step));
   } catch (const std::exception& error) {
-    std::error_code ignored;
-    fs::remove(part, ignored);
-    fmt::print(stderr, "{}: warning: cannot be kept half-way: the run goes on without ({})\n",
-               result_, error.what());
+    why = error.what();
+  }
+  const auto failed = ranks_.all(static_cast<char>(why.has_value()));
+  const auto who = std::ranges::find(failed, 1) - failed.begin();
+  if (who == ranks_.count()) {
+    const auto kept = newest_first();
+    for (std::size_t i = kept_at_least; i < kept.size(); ++i) fs::remove(file(kept[i]), ignored);
+  } else {
+    fs::remove(part_, ignored), fs::remove(file(step), ignored);
+    if (who == ranks_.here())
+      fmt::print(stderr, "{}: warning: cannot be kept half-way: the run goes on without ({})\n",
+                 result_, *why);
     interval_ = 0.0;
   }
   last_ = std::chrono::steady_clock::now();
 }
 
+/// Whether this rank's part of a checkpoint is whole, with the frames before it.
+auto Checkpoints::look_at(long step) -> Found {
+  std::ifstream in(file(step), std::ios::binary);
+  std::string line;
+  std::getline(in, line);
+  if (!in || !is_whole(file(step)) ||
+      std::sscanf(line.c_str(), "%*s %*s %*s %*s %lu", &segments_) != 1)
+    return Found::spoilt;
+  if (line + "\n" != head(key_, segments_)) return Found::of_another_run;
+  const auto frames = this->frames();
+  return std::ranges::all_of(frames, readable) ? Found::ours : Found::spoilt;
+}
+
+/// The first rank's are tried, each of which all must have.
 bool Checkpoints::restore(const Passes& all) {
-  for (const fs::path& path : newest_first()) {
-    std::ifstream in(path, std::ios::binary);
-    std::string first;
-    std::getline(in, first);
-    if (!is_whole(path) || std::sscanf(first.c_str(), "%*s %*s %*s %*s %lu", &segments_) != 1)
-      continue;
-    if (first + "\n" != head(key_, segments_)) {
-      fmt::print(stderr, "{}: begins anew: what was kept there is of another run\n", result_);
+  const auto mine = newest_first();
+  const auto count = ranks_.all(mine.size())[0];
+  for (std::size_t i = 0; i < count; ++i) {
+    const long step = ranks_.all(i < mine.size() ? mine[i] : -1)[0];
+    const auto found = ranks_.all(look_at(step));
+    if (found[0] == Found::of_another_run) {
+      if (first())
+        fmt::print(stderr, "{}: begins anew: what was kept there is of another run\n", result_);
       break;
     }
-    const auto frames = this->frames();
-    if (!std::all_of(frames.begin(), frames.end(), readable)) continue;
+    if (!std::ranges::all_of(found, [](Found one) { return one == Found::ours; })) continue;
+    std::ifstream in(file(step), std::ios::binary);
+    std::string line;
+    std::getline(in, line);
     Restoring restoring(in);
     all(restoring);
-    for (auto beyond = segments_ + 1; fs::remove(frames_file(folder_, beyond)); ++beyond) continue;
+    std::error_code ignored;
+    for (const long other : mine)
+      if (other > step) fs::remove(file(other), ignored);
+    if (first())
+      for (auto beyond = segments_ + 1; fs::remove(frames_file(folder_, beyond)); ++beyond)
+        continue;
     return true;
   }
   segments_ = 0;

@@ -30,18 +30,20 @@ void describe_record(hid_t object, const Dimension& dimension, const std::string
 }
 
 /// Columns of a frame. Points move between frames in memory, and from rank to rank; in the file a
-/// point keeps its row.
+/// point keeps its row. The first rank brings the rows together and writes them, so many at a time
+/// that it needs little room for what others have.
 class Records {
  public:
   /// `parent`: none where another rank writes what this one has.
-  Records(std::optional<hid_t> parent, const Simulation& simulation) : ranks_(simulation.ranks()) {
-    std::vector<std::uint32_t> ids;
+  Records(std::optional<hid_t> parent, const Simulation& simulation, std::size_t at_once)
+      : ranks_(simulation.ranks()), parent_(parent), at_once_(at_once) {
     simulation.visit_points([&](const auto& points) {
       for (const std::size_t p : points.occupied())
-        places_.push_back(p), ids.push_back(points.id[p]);
+        own_.push_back({points.id[p], static_cast<std::uint32_t>(p)});
     });
-    row_ = ranks_.gathered(std::move(ids));
-    parent_ = parent;
+    rows_ = own_.size();
+    ranks_.sum(std::span(&rows_, 1));
+    if (rows_ > at_once_) std::ranges::sort(own_, {}, &Row::number);
   }
 
   /// value(place of a point of this rank)
@@ -67,7 +69,7 @@ class Records {
             const std::vector<std::string>& components) {
     const auto group = group_of(name, dimension, "");
     if (!group) return;
-    const std::uint64_t shape[] = {row_.size()};
+    const std::uint64_t shape[] = {rows_};
     for (const auto& each : components) {
       const auto component = hdf5::create_group(*group, each);
       hdf5::write_attribute(component, "value", 0.0);
@@ -87,21 +89,51 @@ class Records {
   template <class T, class F, class G>
   void component(std::optional<hid_t> parent, const std::string& name, const std::string& unit,
                  F&& value, G&& describe) {
-    std::vector<T> own(places_.size());
-    for (std::size_t k = 0; k < own.size(); ++k) own[k] = static_cast<T>(value(places_[k]));
-    const std::vector<T> found = ranks_.gathered(std::move(own));
-    if (!parent) return;
-    std::vector<T> values(found.size());
-    for (std::size_t k = 0; k < found.size(); ++k) values[row_[k]] = found[k];
-    const auto dataset = hdf5::write_dataset<T>(*parent, name, values);
-    describe_component(dataset, unit);
-    describe(dataset);
+    std::optional<hdf5::Handle> dataset;
+    if (parent)
+      dataset.emplace(hdf5::create_dataset(*parent, name, hdf5::type_of<T>(), rows_,
+                                           std::min(rows_, at_once_)));
+    auto next = own_.cbegin();
+    for (std::size_t begin = 0; begin < rows_; begin += at_once_) {
+      const std::size_t end = std::min(begin + at_once_, rows_);
+      const auto first = next;
+      next = std::find_if(first, own_.cend(), [&](const Row& row) { return row.number >= end; });
+      const auto in_order = brought_together<T>(std::span(first, next), begin, end, value);
+      if (dataset) hdf5::write_rows<T>(*dataset, begin, in_order);
+    }
+    if (!dataset) return;
+    describe_component(*dataset, unit);
+    describe(*dataset);
+  }
+
+  struct Row {
+    std::uint32_t number, place;  // in the file; of the point in memory
+  };
+
+  /// On the first rank the values of rows begin ... end - 1, of which this one has `own`.
+  template <class T, class F>
+  std::vector<T> brought_together(std::span<const Row> own, std::size_t begin, std::size_t end,
+                                  F&& value) const {
+    std::vector<T> out(parent_ ? end - begin : 0);
+    const auto of = [&](const Row& row) { return static_cast<T>(value(std::size_t{row.place})); };
+    if (!ranks_.many()) {
+      for (const Row& row : own) out[row.number - begin] = of(row);
+      return out;
+    }
+    std::vector<std::uint32_t> numbers(own.size());
+    std::vector<T> values(own.size());
+    std::ranges::transform(own, numbers.begin(), &Row::number);
+    std::ranges::transform(own, values.begin(), of);
+    numbers = ranks_.gathered(std::move(numbers)), values = ranks_.gathered(std::move(values));
+    for (std::size_t k = 0; k < numbers.size(); ++k) out[numbers[k] - begin] = values[k];
+    return out;
   }
 
   const Ranks& ranks_;
   std::optional<hid_t> parent_;
-  std::vector<std::size_t> places_;  // of the points of this rank
-  std::vector<std::uint32_t> row_;   // of what is gathered
+  std::size_t at_once_;   // rows that are brought together
+  std::vector<Row> own_;  // of this rank, in the order they are brought together in
+  std::size_t rows_;      // of all ranks
 };
 
 std::string today() {
@@ -143,8 +175,8 @@ void copy_frames(const std::string& path, hid_t to) {
 
 }  // namespace
 
-Output::Output(Draft* draft, const Case& scene, const Provenance& provenance)
-    : draft_(draft), scene_(scene), provenance_(provenance) {
+Output::Output(Draft* draft, const Case& scene, const Provenance& provenance, std::size_t at_once)
+    : draft_(draft), scene_(scene), provenance_(provenance), at_once_(at_once) {
   if (draft_) file();
 }
 
@@ -194,7 +226,7 @@ void Output::frame(const Simulation& simulation, long step, double dt) {
   const std::vector<std::string> xyz{"x", "y", "z"};
   simulation.visit_points([&](const auto& points) {
     const double solid_density = simulation.solid_density();
-    Records records(cloud ? std::optional<hid_t>(*cloud) : std::nullopt, simulation);
+    Records records(cloud ? std::optional<hid_t>(*cloud) : std::nullopt, simulation, at_once_);
     const auto of = [](const auto& field) { return [&](std::size_t p) { return field[p]; }; };
     records.tensor("position", "m", length, xyz,
                    [&](std::size_t p, int c) { return simulation.position(p)[c]; });

@@ -33,9 +33,13 @@ struct Spent {
 
 class Output {
  public:
+  /// Rows of a frame that are brought together, and compressed, at a time.
+  static constexpr std::size_t rows_at_once = std::size_t{1} << 20;
+
   /// Nothing appears at the draft's path before finish(). Of ranks that share a run the first alone
   /// has a draft; the others send it what they have.
-  Output(Draft* draft, const Case& scene, const Provenance& provenance);
+  Output(Draft* draft, const Case& scene, const Provenance& provenance,
+         std::size_t at_once = rows_at_once);
 
   /// The draft can be read up to the last frame if the process is killed (h5clear -s first).
   void frame(const Simulation& simulation, long step, double dt);
@@ -65,6 +69,7 @@ class Output {
   Draft* draft_;
   const Case& scene_;
   Provenance provenance_;
+  std::size_t at_once_;
   std::unique_ptr<hdf5::Handle> file_;
   bool has_frames_ = false;
   std::vector<Row> rows_;

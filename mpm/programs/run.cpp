@@ -116,10 +116,11 @@ class Run {
     to.number("next_frame", frames.next), to.number("next_row", rows.next);
     to.number("next_look", looks.next), to.number("peak", peak), to.number("steps", steps);
     Spent now = spent_so_far();
-    double wall = wall_so_far();
+    double wall = wall_so_far(), sent = sent_so_far();
     to.structure<double>("spent", now), to.number("wall", wall);
+    if (simulation->ranks().many()) to.number("sent", sent);
     spent = now, earlier_whole = now.whole - processor_seconds();
-    earlier_wall += wall - wall_so_far();
+    earlier_wall += wall - wall_so_far(), earlier_sent += sent - sent_so_far();
   }
   Spent spent_so_far() const {
     Spent out = spent;
@@ -131,19 +132,22 @@ class Run {
     return earlier_wall + here.count();
   }
 
+  /// To its neighbours, by this rank [bytes].
+  double sent_so_far() const { return earlier_sent + simulation->ranks().sent(); }
+
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   std::unique_ptr<Simulation> simulation;
   double tau;
   Watch watch;
   Clock frames, rows, looks{Watch::interval * tau};
   EnergyLedger begin;
-  double peak = 0.0, earlier_whole = 0.0, earlier_wall = 0.0;
+  double peak = 0.0, earlier_whole = 0.0, earlier_wall = 0.0, earlier_sent = 0.0;
   long steps = 0;
   Spent spent;
 };
 
 /// From where it is to its end; what ended it.
-std::string advance(Run& run, const Case& scene, Output& output, Checkpoints* checkpoints,
+std::string advance(Run& run, const Case& scene, Output& output, Checkpoints& checkpoints,
                     Progress& progress) {
   Simulation& simulation = *run.simulation;
   const double end = scene.number("time.maximum") * run.tau;
@@ -171,9 +175,9 @@ std::string advance(Run& run, const Case& scene, Output& output, Checkpoints* ch
     progress(time / end,
              fmt::format("t = {:.2f} sqrt(H/g), dt = {:.1e} s", time / run.tau, step.dt));
     if (at_rest) return "rest";
-    if (checkpoints && checkpoints->due())
+    if (checkpoints.due())
       timed(run.spent.output, [&] {
-        checkpoints->keep(output, run.steps, [&](Archive& to) {
+        checkpoints.keep(output, run.steps, [&](Archive& to) {
           run.archive(to);
           output.archive(to);
         });
@@ -189,7 +193,7 @@ void conclude(Run& run, const Case& scene, Output& output, const std::string& en
   const auto warnings = run.watch.warnings(run.begin, run.simulation->ledger());
   if (ranks.here() == 0) tell(scene, warnings);
   output.warnings(warnings);
-  if (ranks.many()) output.shares(run.simulation->imbalance(), ranks.largest(ranks.sent()));
+  if (ranks.many()) output.shares(run.simulation->imbalance(), ranks.largest(run.sent_so_far()));
   Spent spent = run.spent_so_far();
   ranks.sum(std::span(&spent, 1));
   output.finish(end_reason, spent, run.wall_so_far(), run.steps, earlier);
@@ -206,23 +210,24 @@ void say_the_end(const std::string& reason, Progress& progress) {
   progress(1.0, reason == "rest" ? "at rest" : "time.maximum reached");
 }
 
-void run(const Case& scene, const Start& from, const std::string& path,
-         const Provenance& provenance, Progress progress) {
-  Draft draft(path);
-  Run run(scene, from, alone());
-  Checkpoints checkpoints(draft, scene, [&](Archive& to) { run.simulation->archive(to); });
-  Output output(&draft, scene, provenance);
+/// By one process, or by ranks, of which the first has the draft of the result.
+void run(const Case& scene, const Start& from, const std::string& path, Draft* draft,
+         const Provenance& provenance, Progress progress, const Ranks& ranks) {
+  Run run(scene, from, ranks);
+  const auto first_state = [&](Archive& to) { run.simulation->archive(to); };
+  Checkpoints checkpoints(path, draft, scene, first_state, ranks);
+  Output output(draft, scene, provenance);
   run.spent.setup = processor_seconds();
   const bool goes_on = checkpoints.restore([&](Archive& to) {
     run.archive(to);
     output.archive(to);
   });
-  if (goes_on)
-    fmt::print(stderr, "{}: goes on from t = {:.4g} s\n", path, run.simulation->time());
-  else
+  if (!goes_on)
     start(run, output);
+  else if (draft)
+    fmt::print(stderr, "{}: goes on from t = {:.4g} s\n", path, run.simulation->time());
   try {
-    const std::string end_reason = advance(run, scene, output, &checkpoints, progress);
+    const std::string end_reason = advance(run, scene, output, checkpoints, progress);
     conclude(run, scene, output, end_reason, checkpoints.frames());
     checkpoints.remove();
     say_the_end(end_reason, progress);
@@ -230,18 +235,6 @@ void run(const Case& scene, const Start& from, const std::string& path,
     checkpoints.remove();
     throw;
   }
-}
-
-/// The same by ranks, of which the first has the result; they keep no checkpoints.
-void run_shared(const Case& scene, const Start& from, Draft* draft, const Provenance& provenance,
-                Progress progress, const Ranks& ranks) {
-  Run run(scene, from, ranks);
-  Output output(draft, scene, provenance);
-  run.spent.setup = processor_seconds();
-  start(run, output);
-  const std::string end_reason = advance(run, scene, output, nullptr, progress);
-  conclude(run, scene, output, end_reason, {});
-  say_the_end(end_reason, progress);
 }
 
 /// The same, where there is memory and disk for it. Ranks begin once the first has found that there
@@ -255,19 +248,14 @@ void run_if_it_fits(const Case& scene, const Start& start, const std::string& pa
   if (ranks.here() == 0)
     for (const std::string& line : scene.contradictions())
       fmt::print(stderr, "warning: {}\n", line);
-  if (!ranks.many()) {
-    refuse_lack_of_room(path, disk);
-    return hdf5::with_room(path, disk, [&] { run(scene, start, path, provenance, progress); });
-  }
-  std::optional<Draft> draft;
-  ranks.begin([&] {
-    refuse_lack_of_room(path, disk);
-    draft.emplace(path);
+  hdf5::with_room(path, disk, [&] {
+    std::optional<Draft> draft;
+    ranks.begin([&] {
+      refuse_lack_of_room(path, disk);
+      draft.emplace(path);
+    });
+    run(scene, start, path, draft ? &*draft : nullptr, provenance, progress, ranks);
   });
-  const auto work = [&] {
-    run_shared(scene, start, draft ? &*draft : nullptr, provenance, progress, ranks);
-  };
-  draft ? hdf5::with_room(path, disk, work) : work();
 }
 
 /// The exit code of `work`, whose failures are said: by the first rank those that all have at once.

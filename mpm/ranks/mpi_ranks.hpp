@@ -1,4 +1,4 @@
-// Ranks over MPI. Neighbours exchange what they share by MPI's neighbourhood collectives on a line
+// Ranks over MPI. Neighbours exchange what they share by MPI's neighbourhood collectives on a ring
 // of processes; sums are gathered whole, and added up by each in the same order.
 #pragma once
 
@@ -31,7 +31,7 @@ class MpiRanks final : public Ranks {
   Bytes gather(std::span<const std::byte> mine) const override;
 
  private:
-  MPI_Comm line_ = MPI_COMM_NULL;
+  MPI_Comm ring_ = MPI_COMM_NULL;
   int here_ = 0, count_ = 1, on_this_machine_ = 1;
   bool balance_;
   mutable double sent_ = 0.0;  // [bytes]

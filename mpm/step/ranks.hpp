@@ -1,6 +1,7 @@
 // Processes that share a scene: each is the rank of some columns of cells along x, one beside the
-// other, and has the points in them. What a solver asks the others is here; a process alone, which
-// this class is, asks nobody. mpm/ranks has those of MPI.
+// other, and has the points in them. The last and the first are neighbours, too, which have
+// something to say to each other where the scene repeats. What a solver asks the others is here; a
+// process alone, which this class is, asks nobody. mpm/ranks has those of MPI.
 #pragma once
 
 #include <algorithm>
@@ -38,8 +39,8 @@ class Ranks {
   /// Of them on this machine.
   virtual int on_this_machine() const { return 1; }
   bool many() const { return count() > 1; }
-  bool has_left() const { return here() > 0; }
-  bool has_right() const { return here() + 1 < count(); }
+  int left() const { return (here() + count() - 1) % count(); }
+  int right() const { return (here() + 1) % count(); }
   /// Whether columns of cells change hands when ranks have come to have unequal shares of points.
   virtual bool balance() const { return false; }
 
@@ -127,9 +128,9 @@ class Ranks {
     const auto room = std::as_writable_bytes(std::span(theirs));
     constexpr std::size_t n = sizeof(std::size_t);
     swap(each.first(n), each.last(n), room.first(n), room.last(n));
-    Bytes left(has_left() ? theirs[0] : 0), right(has_right() ? theirs[1] : 0);
-    swap(to_left, to_right, left, right);
-    return {std::move(left), std::move(right)};
+    Bytes from_left(theirs[0]), from_right(theirs[1]);
+    swap(to_left, to_right, from_left, from_right);
+    return {std::move(from_left), std::move(from_right)};
   }
 
  protected:

@@ -73,12 +73,8 @@ void check(const Start& start, const Case& scene) {
                       scene.path(), key[d], scene.number(key[d]), packing.path(), extent[d]));
 }
 
-/// Refuses a scene that ranks cannot share, or too many of them for its column.
+/// Refuses too many ranks for a column.
 void check(const Ranks& ranks, const Case& scene) {
-  if (scene.chute())
-    throw CaseError(fmt::format(
-        "{}: geometry.scene: ranks share no chute (its grid repeats) take --threads instead",
-        scene.path()));
   constexpr double least = 8.0;  // cells of a rank: else three would share nodes
   const double cells = scene.number("geometry.length") / scene.number("mpm.cell_size");
   if (cells < least * ranks.count())

@@ -163,6 +163,7 @@ class Solver final : public Simulation {
   // solver_sort.cpp
   void initialise(const std::vector<InitialState>& initial);
   void sort_points();
+  std::size_t cell_of(const Vec& x) const;
   std::vector<std::uint32_t> by_cell(const std::vector<std::size_t>& cell) const;
   Order in_cell_order(const std::vector<std::uint32_t>& points,
                       const std::vector<std::size_t>& cell);
@@ -212,27 +213,27 @@ class Solver final : public Simulation {
   void hand_over();
   void put_in(Order& order, const Bytes& count, const Bytes& come);
   void widen_box();
+  void show_box();
   void agree();
+  /// Whether there is a neighbour that shares nodes.
+  bool has_left() const { return setup_.period || ranks().here() > 0; }
+  bool has_right() const { return setup_.period || ranks().here() + 1 < ranks().count(); }
+  bool lies_left(int column) const;
   /// Slices of nodes, or of cells, that two ranks give to.
   struct Shared {
     int begin, end;
   };
   Shared shared_nodes(int cut) const;
   static Shared shared_cells(int cut);
-  /// Columns of cells of this rank; those of nodes that it counts are as many, and at the last of
-  /// them all that follow.
+  /// Columns of cells of this rank. It counts as many of nodes; the last all that follow, too.
   int first_column() const { return cuts_[static_cast<std::size_t>(ranks().here())]; }
   int end_column() const { return cuts_[static_cast<std::size_t>(ranks().here()) + 1]; }
-  /// Of what slices of nodes have, that of those which are nobody else's images, and no other rank
-  /// counts.
+  /// Of what slices of nodes have, that of those which are no images, and no other rank's.
   std::span<const Work> counted(const std::vector<Work>& all) const;
   /// Number of the first node in memory.
   std::size_t first_in_memory() const { return first_node_; }
   /// Throws it, or keeps it until all ranks know.
-  void fail(const SolverError& error) {
-    if (!ranks().many()) throw error;
-    if (!failed_) failed_ = error;
-  }
+  void fail(const SolverError& error);
   /// Where the period begins on the grid [m].
   double origin() const { return setup_.period ? Period::beside * setup_.numerics.h : 0.0; }
 
@@ -330,19 +331,18 @@ class Solver final : public Simulation {
   /// f(nodes along the last axis, place of the first)
   template <class F>
   void for_each_row_of_slice(int i, F&& f) {
-    const auto& [begin, end] = std::tie(material_.box.begin, material_.box.end);
-    const int top = tops_[static_cast<std::size_t>(i)];
-    const auto row = [&](const std::array<int, dim>& first, int last) {
+    const auto& box = material_.box;
+    const auto row = [&](const std::array<int, dim>& first, int end) {
       std::ptrdiff_t at = 0;
       for (int d = 0; d < dim; ++d) at += first[d] * grid_.stride[d];
-      f(std::span(&grid_.nodes[static_cast<std::size_t>(at)],
-                  static_cast<std::size_t>(std::max(last - first[dim - 1], 0))),
-        first);
+      const int count = std::max(end - first[dim - 1], 0);
+      f(std::span(grid_.nodes.data() + at, static_cast<std::size_t>(count)), first);
     };
+    const int top = tops_[static_cast<std::size_t>(i)];
     if constexpr (dim == 2)
-      row({i, begin[1]}, top);
+      row({i, box.begin[1]}, top);
     else
-      for (int j = begin[1]; j < top; ++j) row({i, j, begin[2]}, end[2]);
+      for (int j = box.begin[1]; j < top; ++j) row({i, j, box.begin[2]}, box.end[2]);
   }
   /// f(node, w_ip) or f(node, w_ip, grad w_ip) over the nodes that share point p.
   template <class F>
@@ -355,13 +355,6 @@ class Solver final : public Simulation {
       else
         f(grid_.nodes[near.node[i]], near.w[i]);
     }
-  }
-  std::size_t cell_of(const Vec& x) const {
-    std::size_t cell = 0;
-    for (int d = 0; d < dim; ++d)
-      cell = cell * static_cast<std::size_t>(setup_.cells[d]) +
-             static_cast<std::size_t>(x[d] * grid_.axes[d].inverse_h);
-    return cell;
   }
 
   SolverSetup<dim> setup_;
@@ -396,7 +389,7 @@ class Solver final : public Simulation {
   double unequal_ = 0.0, agreed_ = 0.0;  // sum of imbalances, of so many steps
   EnergyLedger all_;                     // sums over the ranks
   std::optional<SolverError> failed_;    // what this rank has to throw
-  std::vector<double> to_[2], from_[2];  // sums of nodes on their way to and from the neighbours
+  std::vector<double> to_[2], from_[2];  // sums of nodes on their way between neighbours
   StageTimes* times_ = nullptr;          // where somebody asks for them
 };
 

@@ -1,6 +1,8 @@
 // What a scene that ranks share asks for (ranks.hpp). All have the same axes and the same walls;
 // each has its points, and in memory the nodes that these can reach. Where two meet, both hold the
-// nodes and cells that points of either reach: the sums of the two are added, alike on both.
+// nodes and cells that points of either reach: the sums of the two are added, alike on both. On a
+// grid that repeats the last and the first meet, too: what is the one's right border is the other's
+// left one, a period further on.
 #include <numeric>
 
 #include "mpm/step/solver.hpp"
@@ -66,11 +68,12 @@ auto Solver<D>::shared_cells(int cut) -> Shared {
 template <int D>
 auto Solver<D>::counted(const std::vector<Work>& all) const -> std::span<const Work> {
   const Period& period = setup_.period;
-  if (period) return std::span(all).subspan(Period::beside, static_cast<std::size_t>(period.cells));
-  if (!ranks().many()) return all;
+  if (!ranks().many())
+    return period ? std::span(all).subspan(Period::beside, static_cast<std::size_t>(period.cells))
+                  : std::span(all);
   const auto begin = std::min(all.size(), static_cast<std::size_t>(first_column()));
   const auto end = std::min(all.size(), static_cast<std::size_t>(end_column()));
-  return std::span(all).subspan(begin, (ranks().has_right() ? end : all.size()) - begin);
+  return std::span(all).subspan(begin, (has_right() ? end : all.size()) - begin);
 }
 
 /// Adds up what points of two ranks gave to the nodes of both.
@@ -81,7 +84,7 @@ void Solver<D>::fold_ranks(Folded what) {
     for (int i = zone.begin; i < zone.end; ++i)
       for_each_node_of_slice(i, [&](Node<dim>& node, const auto&) { f(node); });
   };
-  const std::array<bool, 2> there{ranks().has_left(), ranks().has_right()};
+  const std::array<bool, 2> there{has_left(), has_right()};
   const std::array<Shared, 2> zones{shared_nodes(first_column()), shared_nodes(end_column())};
   for (std::size_t side = 0; side < 2; ++side) {
     auto& to = to_[side];
@@ -121,8 +124,8 @@ void Solver<D>::fold_ranks(GivingCells& cells) const {
                           static_cast<std::size_t>(zone.end - box.begin[0]), slices);
   };
   std::span<CellSums<double>> left, right;
-  if (ranks().has_left()) left = of(first_column());
-  if (ranks().has_right()) right = of(end_column());
+  if (has_left()) left = of(first_column());
+  if (has_right()) right = of(end_column());
   std::vector<CellSums<double>> from_left(left.size()), from_right(right.size());
   ranks().swap(std::as_bytes(left), std::as_bytes(right),
                std::as_writable_bytes(std::span(from_left)),
@@ -155,17 +158,27 @@ void Solver<D>::cut() {
     if (static_cast<double>(most) <= unequal * mean) return;
   }
   const int least = 2 * box_drift + kernel_->support;
-  cuts_.assign(count + 1, 0);
-  cuts_[count] = setup_.cells[0];
+  const int begin = setup_.period ? Period::beside : 0;
+  const int end = begin + (setup_.period ? setup_.period.cells : setup_.cells[0]);
+  cuts_.assign(count + 1, begin);
+  cuts_[count] = end;
   for (std::size_t r = 1; r < count; ++r) {
     const auto wanted = static_cast<std::int64_t>(std::llround(mean * static_cast<double>(r)));
     const auto at = std::lower_bound(up_to.begin(), up_to.end(), wanted) - up_to.begin();
     const bool before = at > 0 && wanted - up_to[static_cast<std::size_t>(at - 1)] <
                                       up_to[static_cast<std::size_t>(at)] - wanted;
     const auto left = static_cast<int>(count - r);
-    cuts_[r] = std::clamp(static_cast<int>(at) - before, cuts_[r - 1] + least,
-                          setup_.cells[0] - left * least);
+    cuts_[r] = std::clamp(static_cast<int>(at) - before, cuts_[r - 1] + least, end - left * least);
   }
+}
+
+/// Of a column of cells that is another rank's, whether the way there is to the left; where the
+/// grid repeats, the shorter one.
+template <int D>
+bool Solver<D>::lies_left(int column) const {
+  const int to_left = first_column() - column, to_right = column - end_column();
+  const int cells = setup_.period.cells;
+  return cells == 0 ? to_left > 0 : (to_left + cells) % cells <= (to_right + cells) % cells;
 }
 
 /// Points to the ranks whose cells they have come to, from neighbour to neighbour until all are
@@ -177,7 +190,8 @@ void Solver<D>::hand_over() {
     for (const std::size_t at : points_.occupied()) {
       const auto p = static_cast<std::uint32_t>(at);
       const int column = static_cast<int>(points_.x[p][0] * grid_.axes[0].inverse_h);
-      (column < first_column() ? left : column >= end_column() ? right : stay).push_back(p);
+      const bool ours = column >= first_column() && column < end_column();
+      (ours ? stay : lies_left(column) ? left : right).push_back(p);
     }
     if (ranks().largest(left.size() + right.size()) == 0) return;
     const auto taken_out = [&](const std::vector<std::uint32_t>& places) {
@@ -223,16 +237,29 @@ void Solver<D>::widen_box() {
   for (int& top : tops_) top = top > own_begin ? top : 0;
   ranks().largest(std::span(tops_));
   for (int& top : tops_) top = std::max(top, box.begin[1]);
-  if (ranks().has_left()) box.begin[0] = shared_nodes(first_column()).begin;
-  if (ranks().has_right()) box.end[0] = shared_nodes(end_column()).end;
+  if (has_left()) box.begin[0] = shared_nodes(first_column()).begin;
+  if (has_right()) box.end[0] = shared_nodes(end_column()).end;
   // without points there is nothing but what neighbours give to
-  if (!ranks().has_left()) box.begin[0] = std::min(box.begin[0], shared_nodes(end_column()).begin);
-  if (!ranks().has_right()) box.end[0] = std::max(box.end[0], shared_nodes(first_column()).end);
+  if (!has_left()) box.begin[0] = std::min(box.begin[0], shared_nodes(end_column()).begin);
+  if (!has_right()) box.end[0] = std::max(box.end[0], shared_nodes(first_column()).end);
+  show_box();
+}
+
+/// Has the nodes of the box in memory, and no others.
+template <int D>
+void Solver<D>::show_box() {
+  const auto& box = material_.box;
   const auto stride = static_cast<std::size_t>(grid_.stride[0]);
   first_node_ = static_cast<std::size_t>(box.begin[0]) * stride;
   const auto end = static_cast<std::size_t>(box.end[0]) * stride;
   grid_.nodes.show(first_node_, end);
   if (kernel_->single) velocities_.show(first_node_, end);
+}
+
+template <int D>
+void Solver<D>::fail(const SolverError& error) {
+  if (!ranks().many()) throw error;
+  if (!failed_) failed_ = error;
 }
 
 /// On what a step and its accounts come to over all ranks.
@@ -269,12 +296,18 @@ template void Solver<2>::fold_ranks(GivingCells&) const;
 template void Solver<3>::fold_ranks(GivingCells&) const;
 template void Solver<2>::cut();
 template void Solver<3>::cut();
+template bool Solver<2>::lies_left(int) const;
+template bool Solver<3>::lies_left(int) const;
 template void Solver<2>::hand_over();
 template void Solver<3>::hand_over();
 template void Solver<2>::put_in(Order&, const Bytes&, const Bytes&);
 template void Solver<3>::put_in(Order&, const Bytes&, const Bytes&);
 template void Solver<2>::widen_box();
 template void Solver<3>::widen_box();
+template void Solver<2>::show_box();
+template void Solver<3>::show_box();
+template void Solver<2>::fail(const SolverError&);
+template void Solver<3>::fail(const SolverError&);
 template void Solver<2>::agree();
 template void Solver<3>::agree();
 

@@ -17,7 +17,7 @@ Solver<D>::Solver(const SolverSetup<dim>& setup, std::unique_ptr<TransferKernel<
       exchange_{MaterialPoints<dim>(setup.numerics, std::move(points), setup.point_size,
                                     setup.solid_density, setup.gravity, kernel_->single,
                                     setup.axisymmetric),
-                Grid<dim>(kernel_->axes()),
+                Grid<dim>(kernel_->axes(), !ranks().many()),
                 {},
                 setup.numerics.transfer},
       strip_width_(dim == 2 ? 5 : (kernel_->reach + colours - 1) / (colours - 1)),
@@ -77,6 +77,15 @@ void Solver<D>::initialise(const std::vector<InitialState>& initial) {
     });
   }
   if (ranks().many()) body_->reorder(order.from);  // fillers there, too: points may leave at once
+}
+
+template <int D>
+std::size_t Solver<D>::cell_of(const Vec& x) const {
+  std::size_t cell = 0;
+  for (int d = 0; d < dim; ++d)
+    cell = cell * static_cast<std::size_t>(setup_.cells[d]) +
+           static_cast<std::size_t>(x[d] * grid_.axes[d].inverse_h);
+  return cell;
 }
 
 /// Points by their cells, of which each keeps its order: every cell's begin is counted first.
@@ -166,6 +175,7 @@ void Solver<D>::find_active_box(const std::vector<std::uint32_t>& points) {
   if (setup_.period) {  // images alike
     material_.box.begin[0] = 0, material_.box.end[0] = grid_.axes[0].nodes;
     tops_.assign(static_cast<std::size_t>(grid_.axes[0].nodes), material_.box.end[1]);
+    if (ranks().many()) widen_box();
     return;
   }
   std::vector<int> highest(static_cast<std::size_t>(setup_.cells[0]), -1);  // by column of cells
@@ -253,6 +263,11 @@ void Solver<D>::archive(Archive& to) {
   done_ = std::vector<Milestone>(strips_.size()), sweeps_ = 0;
   resize_cells();
   material_.find_cells();
+  if (!ranks().many()) return;
+  to.list("cuts", cuts_), to.number("here", here_);
+  to.number("unequal", unequal_), to.number("agreed", agreed_);
+  to.structure<double>("all", all_);
+  show_box();
 }
 
 template class Solver<2>;
