@@ -60,7 +60,7 @@ def packages(words: list[str]) -> list[str]:
     if file is None or HELP & set(words):
         return []
     more: list[str] = []
-    options = {"--profile": ["cluster"]}
+    options = {"--profile": ["cluster"], "--ranks": ["cluster"]}
     for node in ast.parse(file.read_text()).body:
         match node:
             case ast.Assign(targets=[ast.Name("PACKAGES")], value=ast.Dict() as value):

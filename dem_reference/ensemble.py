@@ -29,6 +29,7 @@ from cases.provenance import about, head, typed
 from cases.scenes import is_chute
 
 from . import content, cost, packing
+from .ranks import refuse_without_mpi
 from .summary import OWN, SCALARS, scalars
 
 RUN = "dem_reference.run"  # the module that makes one
@@ -156,6 +157,8 @@ def main() -> int:
                 f"--first {options.first}: no {options.seeds} seeds follow (the last is "
                 f"{command_line.MOST_SEED})"
             )
+        if options.ranks > 1 and not options.profile:
+            refuse_without_mpi()
         case = load(options.case, options.set)
         tabulated = not is_chute(case["geometry"])  # by figures of collapses
         folder = case.path.parent if case.path.name == "case.toml" else case.path.with_suffix("")

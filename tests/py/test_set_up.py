@@ -59,6 +59,7 @@ def test_every_list_is_asked_for_and_says_by_whom():
         ("compare runs/a --dump post", "studies", ""),
         ("frontier --profile slurm", "cluster", ""),
         ("frontier --profile=slurm", "cluster", ""),
+        ("run --ranks 2", "cluster", ""),
         ("run --progress-of-none", "", ""),
         ("export runs/a", "studies", None),
         ("law-test my.so", "", ""),
