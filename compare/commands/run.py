@@ -204,10 +204,11 @@ def refuse_to_share(scene: case.Case, ranks: int, here: bool):
             "--threads instead"
         )
     cells = scene["geometry.length"] / scene["mpm.cell_size"]
+    most = max(1, int(cells / CELLS_OF_RANK))
     if cells < CELLS_OF_RANK * ranks:
         raise CaseError(
             f"{scene.path}: --ranks {ranks}: the column is {cells:.0f} cells long (a rank takes "
-            f"{CELLS_OF_RANK} at least) take fewer ranks, smaller cells, or --threads"
+            f"{CELLS_OF_RANK} at least) take {most} at most, or smaller mpm.cell_size"
         )
 
 
