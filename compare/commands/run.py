@@ -190,7 +190,9 @@ def refuse_of_chute(scene: case.Case, names: list[str]):
 
 
 def refuse_to_share(scene: case.Case, ranks: int, here: bool):
-    """What an engine would find only when it is its turn: no MPI, where that is to be `here`, or a scene that it does not share."""
+    """What an engine would find only when it is its turn: no MPI, where that is to be `here`, or a
+    scene that it does not share.
+    """
     if here:
         refuse_without_mpi()
     if here and not program("mpm_run_ranks").exists():

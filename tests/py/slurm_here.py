@@ -16,10 +16,11 @@ from pathlib import Path
 import pytest
 
 PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "scontrol")
-# [s] with a message. Slurm puts back what ran on a node that was started anew if it knew of it
-# PATIENCE + BatchStartTimeout before, and it had begun PATIENCE + 5 before: so nodes come up later.
+# [s] with a message. Slurm puts back what ran on a node that was started anew where the controller
+# has been up for PATIENCE + BatchStartTimeout, so nodes come up later, and where it had begun
+# PATIENCE + 5 before: OLD is how long before power is lost.
 PATIENCE, LATER = 5, 8.0
-OLD = PATIENCE + 5 - LATER + 2.0  # [s] since the begin of such a job when power is lost
+OLD = PATIENCE + 5 - LATER + 2.0
 # As many processors as a test has jobs, whatever this machine has: most of them sleep.
 CONFIG = """
 ClusterName=here

@@ -6,8 +6,6 @@ import threading
 import time
 from pathlib import Path
 
-import pytest
-
 from cases import cluster
 from cases.cluster import PROFILE
 from cases.jobs import Job
