@@ -106,8 +106,8 @@ def test_what_the_continuum_refuses_is_told_at_once_in_its_words(tmp_path, case,
 
 def test_without_mpi_nothing_is_run(tmp_path):
     environment = os.environ | {"PATH": str(tmp_path)}
-    for words in (["compare", "run", CI, *FINE], ["dem_reference.ensemble", CI]):
-        command = module(*words, "--ranks", 2)
+    pair, seeds = module("compare", "run", CI, *FINE), module("dem_reference.ensemble", CI)
+    for command in ([*pair, "--ranks", "2"], [*seeds, "--ranks", "2"]):
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
         assert done.returncode == 3 and "mpirun: no such program" in done.stderr
         assert done.stderr.count("\n") == 1
