@@ -8,6 +8,7 @@ from pathlib import Path
 from cases import memory
 
 JOB_BYTES = 0.5e9  # of a job of a study: Python, and an engine with a column of the shipped cases
+RANK_BYTES = 1e8  # of a process under MPI besides its share; of the grains 9e7 with Python and all
 POINTS_PER_THREAD = 4000  # fewer, and threads wait for each other longer than they work
 
 

@@ -86,6 +86,7 @@ def make(
     common = [str(short(path)), *(word for one in sets for word in ("--set", one))]
     common += ["--ranks", str(ranks), "--quiet"]
     seconds, memory = takes(case)
+    memory += (ranks - 1) * cores.RANK_BYTES * (memory > 0.0)
     jobs = {
         seed: Job(
             file, (RUN, *common, "-o", str(short(file)), "--seed", seed), ranks, seconds, memory

@@ -283,8 +283,9 @@ def on_cluster(
     for one in stages:
         assert one.result
         asked = ("mpm_run", *(str(word) for word in one.command[1:]))
-        cores_of = threads * (options.ranks if one.result == result else 1)  # siblings are alone
-        job = Job(one.result, asked, cores_of, takes.mpm.seconds, takes.mpm.bytes)
+        ranks = options.ranks if one.result == result else 1  # siblings are alone
+        room = takes.mpm.bytes + (ranks - 1) * cores.RANK_BYTES
+        job = Job(one.result, asked, ranks * threads, takes.mpm.seconds, room)
         there.append(handed.stage(one, options.profile, job))
     if waits:
         run_stages([grain_stage], quiet=options.quiet)

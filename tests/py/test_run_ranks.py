@@ -9,6 +9,7 @@ import subprocess
 import pytest
 
 from cases.case import load
+from cases.cores import RANK_BYTES
 from cases.errors import CaseError
 from cases.programs import ROOT, module, program
 from compare import __main__ as cli
@@ -80,6 +81,8 @@ def test_a_job_has_a_core_for_every_thread_of_every_rank(stages, tmp_path):
         "continuum, coarser cells": "3",
         "continuum, slower filters": "3",
     }
+    continuum, coarse, _ = (float(after(words, "--bytes")) for words in found.values())
+    assert continuum - coarse == pytest.approx(RANK_BYTES)
 
 
 @has_mpi
