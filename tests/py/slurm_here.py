@@ -130,6 +130,8 @@ class Slurm:
                 one.wait(timeout=10.0)
             except subprocess.TimeoutExpired:
                 one.kill()
+        for left in descendants(self.keepers()):
+            tell(left, signal.SIGKILL)
 
     def lose_power(self, *more: int):
         """Ends the daemons, all that they run, and the processes `more` with all of theirs at one

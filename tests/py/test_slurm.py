@@ -111,6 +111,7 @@ def test_numbers_that_are_dealt_out_again(tmp_path, slurm):
     subprocess.run([where / "cancel.py", f"{number}:fine"], cwd=folder, check=True)
     assert slurm.states()[int(number)] in ("PENDING", "RUNNING")
     slurm.ask("scancel", number)
+    wait_for(lambda: slurm.states()[int(number)] == "CANCELLED")
 
 
 def data(file: Path) -> bytes:
