@@ -8,6 +8,7 @@ from pathlib import Path
 from cases import memory
 
 JOB_BYTES = 0.5e9  # of a job of a study: Python, and an engine with a column of the shipped cases
+RANK_BYTES = 1e8  # of a process under MPI besides its share; of the grains 9e7 with Python and all
 POINTS_PER_THREAD = 4000  # fewer, and threads wait for each other longer than they work
 
 
@@ -40,27 +41,38 @@ class Plan:
     """How a paired run shares the cores."""
 
     grains: int  # runs of the grains at a time
-    threads: int  # of the continuum
+    threads: int  # of each rank of the continuum
     beside: bool  # the continuum beside the grains, not after them
     siblings_beside: bool  # its siblings beside it, with one thread, not after it
+    ranks: int = 1  # of each run of the grains, and of the continuum
 
     @property
     def busy(self) -> int:
         """Most cores in use at a time."""
-        continuum = self.threads + self.siblings_beside
-        return self.grains + continuum if self.beside else max(self.grains, continuum)
+        grains, continuum = (self.ranks * one for one in (self.grains, self.threads))
+        continuum += self.siblings_beside
+        return grains + continuum if self.beside else max(grains, continuum)
 
 
 def plan(
-    cores: int, points: int, seeds: int, *, siblings: bool, waits: bool, threads: int | None = None
+    cores: int,
+    points: int,
+    seeds: int,
+    *,
+    siblings: bool,
+    waits: bool,
+    threads: int | None = None,
+    ranks: int = 1,
 ) -> Plan:
     """All cores busy and no more: the grains first, which take longest, then the siblings, and what
     is left as threads of the continuum as far as its `points` go round. `waits`: the continuum
-    starts from the grains. `threads` are the user's, who may ask for more than there is.
+    starts from the grains. `threads` and `ranks` are the user's, who may ask for more than there
+    is; each rank of either engine takes a core, of the continuum one for each thread.
     """
-    beside = cores > 1 and not waits
-    grains = min(seeds, cores - 1 if beside else cores)
-    left = cores - grains if beside else cores
-    siblings_beside = siblings and left > (threads or 1)
-    most = max(1, points // POINTS_PER_THREAD)
-    return Plan(grains, threads or min(left - siblings_beside, most), beside, siblings_beside)
+    beside = cores >= 2 * ranks and not waits
+    grains = max(1, min(seeds, (cores - ranks if beside else cores) // ranks))
+    left = cores - ranks * grains if beside else cores
+    siblings_beside = siblings and left > ranks * (threads or 1)
+    most = max(1, points // (ranks * POINTS_PER_THREAD))
+    own = threads or max(1, min((left - siblings_beside) // ranks, most))
+    return Plan(grains, own, beside, siblings_beside, ranks)

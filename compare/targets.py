@@ -60,18 +60,22 @@ def packages(words: list[str]) -> list[str]:
     if file is None or HELP & set(words):
         return []
     more: list[str] = []
-    options = {"--profile": ["cluster"]}
+    options = {"--profile": ["cluster"], "--ranks": ["cluster"]}
     for node in ast.parse(file.read_text()).body:
         match node:
             case ast.Assign(targets=[ast.Name("PACKAGES")], value=ast.Dict() as value):
                 options |= ast.literal_eval(value)
             case ast.Assign(targets=[ast.Name("PACKAGES")], value=value):
                 more += ast.literal_eval(value)
-    given = tuple(word.split("=")[0] for word in words if len(word) > 4)  # may be cut short
     for option, names in options.items():
-        more += names if any(map(option.startswith, given)) else []
+        more += names if is_given(option, words) else []
     more += ["laws"] if "laws" in needed else []
     return ["packages.txt", *(f"packages-{name}.txt" for name in more)] if needed or more else []
+
+
+def is_given(option: str, words: list[str]) -> bool:
+    """Whether it is among the words, maybe cut short."""
+    return any(option.startswith(word.split("=")[0]) for word in words if len(word) > 4)
 
 
 def asks_example_law(words: list[str]) -> bool:
@@ -132,7 +136,12 @@ def plan(words: list[str]) -> list[str]:
             "GRAINPAIR_BUILD"
         )
     state = "ready" if ready(folder, needed, digest) else "stale"
-    built = [str(source), str(folder), digest, state, ";".join(parts(needed)), *needed]
+    asked = parts(needed)
+    # CMake has the program for ranks built where it finds MPI, which the list may have brought now.
+    if is_given("--ranks", words):
+        state = state if (folder / "mpm_run_ranks").exists() else "stale"
+        asked = [*asked, "ranks"]
+    built = [str(source), str(folder), digest, state, ";".join(asked), *needed]
     return [" ".join(lists), *built]
 
 

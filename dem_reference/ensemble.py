@@ -29,6 +29,7 @@ from cases.provenance import about, head, typed
 from cases.scenes import is_chute
 
 from . import content, cost, packing
+from .ranks import refuse_without_mpi
 from .summary import OWN, SCALARS, scalars
 
 RUN = "dem_reference.run"  # the module that makes one
@@ -85,6 +86,7 @@ def make(
     common = [str(short(path)), *(word for one in sets for word in ("--set", one))]
     common += ["--ranks", str(ranks), "--quiet"]
     seconds, memory = takes(case)
+    memory += (ranks - 1) * cores.RANK_BYTES * (memory > 0.0)
     jobs = {
         seed: Job(
             file, (RUN, *common, "-o", str(short(file)), "--seed", seed), ranks, seconds, memory
@@ -156,6 +158,8 @@ def main() -> int:
                 f"--first {options.first}: no {options.seeds} seeds follow (the last is "
                 f"{command_line.MOST_SEED})"
             )
+        if options.ranks > 1 and not options.profile:
+            refuse_without_mpi()
         case = load(options.case, options.set)
         tabulated = not is_chute(case["geometry"])  # by figures of collapses
         folder = case.path.parent if case.path.name == "case.toml" else case.path.with_suffix("")

@@ -5,13 +5,17 @@ import subprocess
 import sys
 
 import records
+import status
 
 
-def main(numbers: list[str]) -> int:
-    for number in numbers:
-        if record := records.read(number):
-            records.write(number, record | {"state": records.WITHDRAWN})
-    return subprocess.run(["scancel", *numbers]).returncode
+def main(names: list[str]) -> int:
+    lines, _ = status.ask(*status.SQUEUE, "--me")
+    there = []
+    for number, bundle in map(records.told, names):
+        if number in [one for one, _ in status.among(lines, bundle)]:
+            there.append(number)
+            records.write(number, records.read(number) | {"state": records.WITHDRAWN})
+    return subprocess.run(["scancel", *there]).returncode if there else 0
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 that Snakemake works in.
 
 The keys: bundle (what Snakemake calls the job), names (of our jobs in it), attempt, memory [MB],
-minutes, state (Slurm's last word, or WITHDRAWN by us).
+minutes, state (Slurm's last word, or WITHDRAWN by us). Snakemake is told <number>:<bundle>.
 """
 
 import json
@@ -26,14 +26,42 @@ def read(number: str) -> dict:
 
 
 def write(number: str, record: dict) -> None:
+    """On the disk before it has its name: a machine may lose power."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     part = FOLDER / f".{number}.{os.getpid()}"
-    part.write_text(json.dumps(record) + "\n")
+    with part.open("w") as file:
+        file.write(json.dumps(record) + "\n")
+        file.flush()
+        os.fsync(file.fileno())
     part.replace(file_of(number))
 
 
-def newest_of(bundle: str) -> tuple[str, dict]:
-    """Number and record of the latest attempt at what Snakemake calls so; "" if there is none."""
+def newest_of(bundle: str) -> dict:
+    """Record of the latest attempt at what Snakemake calls so; nothing if there is none."""
     found = sorted(FOLDER.glob("[0-9]*.json"), key=lambda file: -file.stat().st_mtime_ns)
-    records = ((file.stem, read(file.stem)) for file in found)
-    return next(((number, one) for number, one in records if one.get("bundle") == bundle), ("", {}))
+    records = (read(file.stem) for file in found)
+    return next((one for one in records if one.get("bundle") == bundle), {})
+
+
+def are_there() -> bool:
+    """Whether Slurm has taken a job of this folder before."""
+    return any(FOLDER.glob("[0-9]*.json"))
+
+
+def name_of(bundle: str) -> str:
+    """What Slurm calls it."""
+    return f"grainpair-{bundle}"
+
+
+def told(name: str) -> tuple[str, str]:
+    """Number and bundle of a job by what Snakemake was told of it."""
+    number, _, bundle = name.partition(":")
+    return number, bundle or read(number).get("bundle", "")
+
+
+def is_here(folder: str) -> bool:
+    """Whether it is the folder that Snakemake works in, by whatever path."""
+    try:
+        return os.path.samefile(folder, ".")
+    except OSError:
+        return False

@@ -10,6 +10,7 @@ import re
 import shlex
 import subprocess
 import sys
+import time
 import tomllib
 from pathlib import Path
 
@@ -18,12 +19,21 @@ import status
 
 KEYS = Path(__file__).with_name("cluster.toml")
 END = "end-of-the-job"
+PATIENCE, INTERVAL = 3600.0, 5.0  # [s] for a controller that has answered before
+
+
+class Refused(Exception):
+    """Why Slurm does not take a job."""
+
+
+def bundle_of(job: dict) -> str:
+    return job["wildcards"]["name"]
 
 
 def words(job: dict, keys: dict) -> list[str]:
     """The command line of sbatch, which reads the script from its input."""
     need = job["resources"]
-    out = ["sbatch", "--parsable", "--requeue", f"--job-name=grainpair-{job['wildcards']['name']}"]
+    out = ["sbatch", "--parsable", "--requeue", f"--job-name={records.name_of(bundle_of(job))}"]
     out += ["--nodes=1", f"--ntasks={job['threads']}", "--cpus-per-task=1"]
     out += [f"--mem={need['mem_mb']}M", f"--time={need['runtime']}"]
     out += [f"--output={records.FOLDER}/%j.out", "--open-mode=append"]
@@ -60,26 +70,46 @@ def main(path: str) -> int:
         print(f"{path}: not a job script of Snakemake's", file=sys.stderr)
         return 2
     job, keys = json.loads(found[1]), tomllib.loads(KEYS.read_text())
-    bundle, need = job["wildcards"]["name"], job["resources"]
-    number, before = records.newest_of(bundle)
-    if need["attempt"] > 1 and (why := refusal(before)):
+    bundle, need = bundle_of(job), job["resources"]
+    if need["attempt"] > 1 and (why := refusal(records.newest_of(bundle))):
         print(f"{bundle}: not handed in again, {why}", file=sys.stderr)
         return 1
-    if number and status.state_of(number) in status.GOES_ON:  # by a call that was killed
-        print(number)
-        return 0
-    records.FOLDER.mkdir(parents=True, exist_ok=True)  # sbatch wants it for the output
-    command = words(job, keys)
-    done = subprocess.run(command, input=script(text, keys), capture_output=True, text=True)
-    if done.returncode:
-        print(f"sbatch: {(done.stderr.strip() or 'failed').splitlines()[-1]}", file=sys.stderr)
+    try:
+        number, is_new = handed_in(bundle, words(job, keys), script(text, keys))
+    except Refused as why:
+        print(f"sbatch: {why}", file=sys.stderr)
         return 1
-    number = done.stdout.strip().split(";")[0]  # of several clusters, its name follows
-    record = {"bundle": bundle, "names": job["params"]["names"], "attempt": need["attempt"]}
-    record |= {"memory": need["mem_mb"], "minutes": need["runtime"], "state": "PENDING"}
-    records.write(number, record)
-    print(number)
+    if is_new or records.read(number).get("bundle") != bundle:
+        record = {"bundle": bundle, "names": job["params"]["names"], "attempt": need["attempt"]}
+        record |= {"memory": need["mem_mb"], "minutes": need["runtime"], "state": "PENDING"}
+        records.write(number, record)
+    print(f"{number}:{bundle}")
     return 0
+
+
+def handed_in(bundle: str, command: list[str], text: str) -> tuple[str, bool]:
+    """The number that Slurm knows a job by, and whether it is new: it may be there from a call that
+    was killed, or sbatch's answer was lost. Waits for a controller that has answered before. Raises
+    Refused.
+    """
+    until, known, why = time.monotonic() + PATIENCE, records.are_there(), ""
+    records.FOLDER.mkdir(parents=True, exist_ok=True)  # sbatch wants it for the output
+    while True:
+        number, answered = status.on_cluster(bundle)
+        if number:
+            return number, False
+        if answered or not known:
+            if why:
+                raise Refused(why)
+            done = subprocess.run(command, input=text, capture_output=True, text=True)
+            if done.returncode == 0:  # of several clusters, its name follows
+                return done.stdout.strip().split(";")[0], True
+            why = (done.stderr.strip() or "failed").splitlines()[-1]
+        elif time.monotonic() > until:
+            raise Refused("the controller of Slurm does not answer")
+        else:
+            why = ""
+            time.sleep(INTERVAL)
 
 
 if __name__ == "__main__":

@@ -26,10 +26,12 @@ from compare.cost import Estimate, estimate, refuse_more_than_there_is, table, t
 from compare.study import sweep
 from compare.verdict import conclusion, siblings
 from dem_reference.content import ensemble_folder, ensemble_key
+from dem_reference.ranks import refuse_without_mpi
 
 # What an earlier run may have left in the folder, and what was made of it there.
 OURS = ["mpm.h5", "dem.h5", "dem_[0-9]*.h5", "fields.h5", "metrics.json", "report.html", "figures"]
 OURS += ["profiles.csv", "siblings", "controls", "vtk", "collapse"]
+CELLS_OF_RANK = 8  # along the column, at least (mpm/README.md, Ranks)
 VERDICT = {
     "run_out_95": "run-out, 95 % of the mass",
     "centre_of_mass_x": "centre of mass, along x",
@@ -70,6 +72,13 @@ def arguments(parser):
         type=command_line.threads,
         help="of the continuum (what the grains and its siblings leave of this machine's cores)",
     )
+    parser.add_argument(
+        "--ranks",
+        type=command_line.threads,
+        default=1,
+        metavar="N",
+        help="MPI ranks that share the scene of each engine (%(default)s)",
+    )
     parser.add_argument("--profile", type=Path, metavar="DIR", help=sweep.HELP["profile"])
     parser.add_argument("--quiet", action="store_true", help="show no progress")
     again = parser.add_mutually_exclusive_group()
@@ -104,15 +113,22 @@ def grains(
     """
     if options.seeds == 1 and not options.profile:
         result = scratch / "dem.h5"
-        words = ["dem_reference.run", *common, "--seed", options.seed, "--progress", "-o", result]
+        words = ["dem_reference.run", *common, *shared(options), "--seed", options.seed]
+        words += ["--progress", "-o", result]
         return Stage("grains (DEM)", module(*words), result=result), [result]
-    words = ["dem_reference.ensemble", *common, "--first", options.seed, "--seeds", options.seeds]
-    folder = ensemble_folder(scene)
+    words = ["dem_reference.ensemble", *common, *shared(options)]
+    words += ["--first", options.seed, "--seeds", options.seeds]
+    folder = ensemble_folder(scene, options.ranks)
     words += ["--jobs", jobs, "--table", folder / "ensemble.csv", "--progress"]
     words += ["--profile", options.profile.resolve()] if options.profile else []
     seeds = range(options.seed, options.seed + options.seeds)
     stage = Stage(f"grains (DEM), {options.seeds} seeds", module(*words))
     return stage, [folder / f"{seed}.h5" for seed in seeds]
+
+
+def shared(options) -> list:
+    """Words that have an engine's scene shared."""
+    return ["--ranks", options.ranks] if options.ranks > 1 else []
 
 
 def run(options) -> int:
@@ -122,6 +138,8 @@ def run(options) -> int:
     if is_chute(scene["geometry"]):
         options.no_siblings = True  # they tell what collapses are off by
         refuse_of_chute(scene, names)
+    if options.ranks > 1:
+        refuse_to_share(scene, options.ranks, here=not options.profile)
     takes = estimate(scene, options.seeds, not options.no_siblings)
     if options.dry_run:
         print(table(takes))
@@ -171,10 +189,30 @@ def refuse_of_chute(scene: case.Case, names: list[str]):
         )
 
 
+def refuse_to_share(scene: case.Case, ranks: int, here: bool):
+    """What an engine would find only when it is its turn: no MPI, where that is to be `here`, or a
+    scene that it does not share.
+    """
+    if here:
+        refuse_without_mpi()
+    if here and not program("mpm_run_ranks").exists():
+        raise CaseError(
+            "--ranks: mpm_run_ranks is not there (the build found no MPI) install the package "
+            "libopenmpi-dev, and build again"
+        )
+    cells = scene["geometry.length"] / scene["mpm.cell_size"]
+    most = max(1, int(cells / CELLS_OF_RANK))
+    if cells < CELLS_OF_RANK * ranks:
+        raise CaseError(
+            f"{scene.path}: --ranks {ranks}: the column is {cells:.0f} cells long (a rank takes "
+            f"{CELLS_OF_RANK} at least) take {most} at most, or smaller mpm.cell_size"
+        )
+
+
 def key(scene: case.Case, options) -> str:
     """Of what decides the results of the engines."""
-    asked = [scene.resolved, options.seed, options.seeds, options.no_siblings]
-    return content.digest([asked, content.of_continuum(), ensemble_key(scene)])
+    asked = [scene.resolved, options.seed, options.seeds, options.no_siblings, options.ranks]
+    return content.digest([asked, content.of_continuum(), ensemble_key(scene, options.ranks)])
 
 
 def plan_of(scene: case.Case, options, takes: Estimate) -> cores.Plan:
@@ -187,6 +225,7 @@ def plan_of(scene: case.Case, options, takes: Estimate) -> cores.Plan:
         siblings=not options.no_siblings,
         waits=scene["initial.state"] == "packing",
         threads=options.threads,
+        ranks=options.ranks,
     )
 
 
@@ -203,7 +242,8 @@ def engines(
     """
     words = [*common, "--seed", options.seed]
     threads = ["--threads", plan.threads]
-    told = [program("mpm_run"), *words, *threads, "--progress", "-o", scratch / "mpm.h5"]
+    told = [program("mpm_run"), *words, *threads, *shared(options), "--progress"]
+    told += ["-o", scratch / "mpm.h5"]
     continuum = [Stage("continuum (MPM)", told, result=scratch / "mpm.h5")]
     alone = [] if plan.siblings_beside else threads
     more = [] if options.no_siblings else siblings.stages(scene, [*words, *alone], scratch)
@@ -231,14 +271,16 @@ def on_cluster(
     scratch = scratch.resolve()  # nobody there knows where this command was typed
     words = [scene.path.resolve(), *common[1:], "--seed", options.seed, "--threads", threads]
     result = scratch / "mpm.h5"
-    told = [program("mpm_run"), *words, "--progress", "-o", result]
+    told = [program("mpm_run"), *words, *shared(options), "--progress", "-o", result]
     stages = [Stage("continuum (MPM)", told, result=result)]
     stages += [] if options.no_siblings else siblings.stages(scene, words, scratch)
     there = []
     for one in stages:
         assert one.result
         asked = ("mpm_run", *(str(word) for word in one.command[1:]))
-        job = Job(one.result, asked, threads, takes.mpm.seconds, takes.mpm.bytes)
+        ranks = options.ranks if one.result == result else 1  # siblings are alone
+        room = takes.mpm.bytes + (ranks - 1) * cores.RANK_BYTES
+        job = Job(one.result, asked, ranks * threads, takes.mpm.seconds, room)
         there.append(handed.stage(one, options.profile, job))
     if waits:
         run_stages([grain_stage], quiet=options.quiet)

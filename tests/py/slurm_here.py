@@ -4,17 +4,23 @@ folder, without privileges of the system's own Slurm. Debian's slurm-wlm and mun
 
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
 
 PROGRAMS = ("slurmctld", "slurmd", "munged", "sbatch", "scontrol")
+# [s] with a message. Slurm puts back what ran on a node that was started anew where the controller
+# has been up for PATIENCE + BatchStartTimeout, so nodes come up later, and where it had begun
+# PATIENCE + 5 before: OLD is how long before power is lost.
+PATIENCE, LATER = 5, 8.0
+OLD = PATIENCE + 5 - LATER + 2.0
 # As many processors as a test has jobs, whatever this machine has: most of them sleep.
 CONFIG = """
 ClusterName=here
@@ -44,6 +50,8 @@ AccountingStorageType=accounting_storage/none
 SchedulerParameters=batch_sched_delay=1,sched_interval=2
 ReturnToService=2
 KillWait=2
+BatchStartTimeout=1
+MessageTimeout={patience}
 SlurmdTimeout=30
 NodeName={host} NodeAddr=127.0.0.1 CPUs={cpus} RealMemory={memory} State=UNKNOWN
 PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
@@ -66,22 +74,30 @@ class Slurm:
         (folder / "key").write_bytes(os.urandom(1024))
         (folder / "key").chmod(0o600)
         told = {"controller": free_port(), "node": free_port(), "folder": folder}
+        told |= {"patience": PATIENCE}
         told |= {"host": self.host, "cpus": cpus, "memory": memory, "user": "root"}
         (folder / "slurm.conf").write_text(CONFIG.format(**told))
         self.environment = os.environ | {"SLURM_CONF": str(folder / "slurm.conf")}
         self.daemons: list[subprocess.Popen] = []
+
+    def is_told_to(self, monkeypatch):
+        """Whatever the test starts finds it."""
+        monkeypatch.setenv("SLURM_CONF", self.environment["SLURM_CONF"])
+        monkeypatch.setenv("CI", "true")  # then Snakemake does not wait ten seconds between looks
 
     def ask(self, *words: str) -> str:
         done = subprocess.run(words, env=self.environment, capture_output=True, text=True)
         assert done.returncode == 0, (words, done.stderr)
         return done.stdout
 
-    def start(self):
+    def start(self, again: bool = False):
         munge = [f"--{name}-file={self.folder}/{name}" for name in ("key", "pid", "log", "seed")]
         socket_there = f"--socket={self.folder}/munge.socket"
         self.begin("munged", "--foreground", "--force", *munge, socket_there)
-        self.begin("slurmctld", "-D", "-i")
-        self.begin("slurmd", "-D")
+        self.begin("slurmctld", "-D")  # which has its state again where there is one
+        time.sleep(LATER * again)
+        # by -b a node says that it was started anew, as else the machine's clock tells
+        self.begin("slurmd", "-D", *["-b"] * again)
         until = time.monotonic() + 30.0
         while time.monotonic() < until:
             done = subprocess.run(
@@ -90,7 +106,7 @@ class Slurm:
                 capture_output=True,
                 text=True,
             )
-            if done.stdout.strip() == "idle":
+            if done.stdout.strip() in ("idle", "mixed", "allocated"):
                 return
             time.sleep(0.2)
         raise RuntimeError(f"no node is idle: {done.stdout}{done.stderr}")
@@ -114,11 +130,63 @@ class Slurm:
                 one.wait(timeout=10.0)
             except subprocess.TimeoutExpired:
                 one.kill()
+        for left in descendants(self.keepers()):
+            tell(left, signal.SIGKILL)
+
+    def lose_power(self, *more: int):
+        """Ends the daemons, all that they run, and the processes `more` with all of theirs at one
+        moment: none sees another's end.
+        """
+        roots = {one.pid for one in self.daemons} | set(more) | self.keepers()
+        gone: set[int] = set()
+        while new := descendants(roots | self.keepers()) - gone:
+            for one in new:
+                tell(one, signal.SIGSTOP)
+            gone |= new
+        for one in gone:
+            tell(one, signal.SIGKILL)
+        for daemon in self.daemons:
+            daemon.wait()
+        self.daemons.clear()
+
+    def keepers(self) -> set[int]:
+        """The processes by which Slurm keeps jobs; they do not descend from its daemons."""
+        mark, found = f"SLURM_CONF={self.folder}/slurm.conf".encode(), set()
+        for one in Path("/proc").glob("[0-9]*"):
+            with suppress(OSError):  # it has ended meanwhile
+                if (one / "comm").read_text() == "slurmstepd\n":
+                    if mark in (one / "environ").read_bytes().split(b"\0"):
+                        found.add(int(one.name))
+        return found
 
     def states(self) -> dict[int, str]:
         """Of all its jobs, by their numbers."""
-        lines = self.ask("squeue", "--noheader", "--states=all", "--format=%i %T").splitlines()
-        return {int(number): state for number, state in (line.split() for line in lines)}
+        return self.told_of_jobs("%T")
+
+    def names(self) -> dict[int, str]:
+        return self.told_of_jobs("%j")
+
+    def told_of_jobs(self, what: str) -> dict[int, str]:
+        lines = self.ask("squeue", "--noheader", "--states=all", f"--format=%i {what}").splitlines()
+        return {int(number): word for number, word in (line.split() for line in lines)}
+
+
+def tell(process: int, number: signal.Signals):
+    with suppress(ProcessLookupError):
+        os.kill(process, number)
+
+
+def descendants(of: set[int]) -> set[int]:
+    """Those processes, and all that descend from them."""
+    parents = {}
+    for one in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            about = (one / "stat").read_text()
+            parents[int(one.name)] = int(about.rpartition(")")[2].split()[1])
+    found = of & parents.keys()
+    while new := {one for one, parent in parents.items() if parent in found} - found:
+        found |= new
+    return found
 
 
 @contextmanager

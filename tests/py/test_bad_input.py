@@ -160,7 +160,7 @@ def test_a_whole_number_is_written_in_digits(word):
 COUNTS = {
     "--threads": (1024, [["launcher"], ["continuum"], ["mapping"], ["collapse"]]),
     "--seed": (2**32 - 1, [["launcher"], ["continuum"], ["grains"]]),
-    "--ranks": (1024, [["grains"], ["ensemble"]]),
+    "--ranks": (1024, [["launcher"], ["grains"], ["ensemble"]]),
     "--jobs": (1024, [["frontier"], ["ensemble"]]),
     "--cores": (1024, [["element"]]),
     "--seeds": (10_000, [["launcher"], ["frontier"], ["ensemble"]]),

@@ -11,10 +11,23 @@ MANY = 1_000_000  # points
 @pytest.mark.parametrize("seeds", [1, 5])
 @pytest.mark.parametrize("waits", [False, True])
 @pytest.mark.parametrize("siblings", [False, True])
-def test_all_cores_are_busy_and_no_more(count, seeds, waits, siblings):
-    plan = cores.plan(count, MANY, seeds, siblings=siblings, waits=waits)
-    assert plan.busy == count
+@pytest.mark.parametrize("ranks", [1, 2, 3])
+def test_all_cores_are_busy_and_no_more(count, seeds, waits, siblings, ranks):
+    """But for fewer than another rank of each would take."""
+    plan = cores.plan(count, MANY, seeds, siblings=siblings, waits=waits, ranks=ranks)
+    assert plan.busy <= max(count, ranks) and plan.busy > count - ranks
     assert plan.grains >= 1 and plan.threads >= 1
+
+
+def test_ranks_take_a_core_each():
+    plan = cores.plan(8, MANY, 2, siblings=True, waits=False, ranks=2)
+    assert plan == cores.Plan(2, 1, beside=True, siblings_beside=True, ranks=2)
+    plan = cores.plan(8, MANY, 9, siblings=False, waits=True, ranks=2)
+    assert plan == cores.Plan(4, 4, beside=False, siblings_beside=False, ranks=2)
+    plan = cores.plan(2, MANY, 3, siblings=True, waits=False, ranks=2)  # one after the other
+    assert plan == cores.Plan(1, 1, beside=False, siblings_beside=False, ranks=2)
+    plan = cores.plan(2, MANY, 3, siblings=True, waits=False, ranks=4)  # as the user wants
+    assert plan == cores.Plan(1, 1, beside=False, siblings_beside=False, ranks=4)
 
 
 def test_a_small_continuum_is_not_torn_into_threads():

@@ -59,6 +59,7 @@ def test_every_list_is_asked_for_and_says_by_whom():
         ("compare runs/a --dump post", "studies", ""),
         ("frontier --profile slurm", "cluster", ""),
         ("frontier --profile=slurm", "cluster", ""),
+        ("run --ranks 2", "cluster", "ranks"),
         ("run --progress-of-none", "", ""),
         ("export runs/a", "studies", None),
         ("law-test my.so", "", ""),
@@ -251,3 +252,15 @@ def test_users_are_told_the_lists_of_their_command_alone(bare, tmp_path):
         code, lines = bare(*words)
         assert code == 3 and lines[-1].startswith("grainpair: packages are missing. Install them")
         assert ("python3-meshio" in lines[-1]) == there and "snakemake" not in lines[-1]
+
+
+def test_ranks_have_their_program_built_once_mpi_is_there(tmp_path, monkeypatch):
+    monkeypatch.setattr(targets, "ready", lambda *_: True)
+    monkeypatch.setenv("GRAINPAIR_BUILD", str(tmp_path))
+
+    def state(*words) -> str:
+        return targets.plan(["run", *words])[4]
+
+    assert (state(), state("--ranks", "2")) == ("ready", "stale")
+    (tmp_path / "mpm_run_ranks").touch()
+    assert state("--ranks", "2") == "ready"
