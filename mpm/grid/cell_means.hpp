@@ -89,7 +89,7 @@ class GivenCells {
   /// The sums of the cells of several points, numbered `at`.
   CellSums<Wide> take(const Index<Wide>& at) const {
     return alike(at) ? broadcast<CellSums>(&sums_[static_cast<std::size_t>(at[0])].weight)
-                       : look_up<CellSums>(sums_.data(), at);
+                     : look_up<CellSums>(sums_.data(), at);
   }
   void archive(const std::string& name, Archive& to) { to.structs<double>(name, sums_); }
 
