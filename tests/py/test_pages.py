@@ -9,6 +9,7 @@ import json
 import re
 import shutil
 import subprocess
+import warnings
 from copy import deepcopy
 
 import matplotlib.pyplot as plt
@@ -331,6 +332,20 @@ def test_no_two_series_of_the_frontiers_share_a_marker():
         points = pd.read_csv(ROOT / f"cases/{name}/reference/frontier/points.csv", comment="#")
         found = frontier_chart.markers(points)
         assert len(set(found.values())) == len(found) == points["series"].nunique() > 10
+
+
+def test_an_error_of_none_stands_on_the_lower_edge(tmp_path):
+    """Which a logarithm does not have; the words keep it."""
+    folder = ROOT / "cases/column_small/reference"
+    points = pd.read_csv(folder / "frontier/points.csv", comment="#")
+    grains = json.loads((folder / "grains.json").read_text())
+    cheapest = points.loc[(points["status"] == "ok") & ~points["fine"], "cost"].idxmin()
+    points.loc[cheapest, "error_run_out"] = 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drawn = frontier_chart.draw(points, grains, "run_out", tmp_path / "chart")
+    assert f"{points.loc[cheapest, 'label']} 0.0% off" in drawn.alt
+    assert frontier_chart.lower_edge(pd.Series([0.0, 0.02, np.nan]), 0.1) == pytest.approx(0.014)
 
 
 def test_axes_are_named_by_quantities_with_units():

@@ -43,10 +43,11 @@ def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> Pictur
     with plt.rc_context(STUDY_STYLE):
         figure, (axes,) = panels(1, False, height=5.2)
         shown = told(points, f"error_{name}")
-        top = scatter(axes, shown, f"error_{name}", path.stem)
         level = band(reference, name)
         typical = np.mean(reference["scatter"][name])
-        lowest = 0.7 * np.nanmin([shown[f"error_{name}"].min(), typical])
+        lowest = lower_edge(shown[f"error_{name}"], typical)
+        drawn = shown.assign(**{f"error_{name}": shown[f"error_{name}"].clip(lower=lowest)})
+        top = scatter(axes, drawn, f"error_{name}", path.stem)
         handles = whiskers(axes, shown, name, lowest)
         axes.axhspan(lowest, level, color=DEM, alpha=0.10, lw=0)
         if np.isfinite(price := grain_cost(reference)):
@@ -58,6 +59,13 @@ def draw(points: pd.DataFrame, reference: dict, name: str, path: Path) -> Pictur
         legend(axes, shown, handles)
         finish(axes, top, "error from the grains' mean:", name)
         return saved(figure, path, points, shown, f"error_{name}")
+
+
+def lower_edge(errors: pd.Series, typical: float) -> float:
+    """Where the axis of errors begins [-]: below the least, but for errors of none, which no
+    logarithm has; they stand on it.
+    """
+    return 0.7 * float(np.nanmin([errors[errors > 0.0].min(), typical]))
 
 
 def draw_numerical(points: pd.DataFrame, name: str, path: Path) -> Picture:
