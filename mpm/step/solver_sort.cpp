@@ -88,17 +88,19 @@ std::size_t Solver<D>::cell_of(const Vec& x) const {
   return cell;
 }
 
-/// Points by their cells, of which each keeps its order: every cell's begin is counted first.
+/// Points by their cells, of which each keeps its order. Where each cell begins is counted first,
+/// of those between the first and the last that has points.
 template <int D>
 std::vector<std::uint32_t> Solver<D>::by_cell(const std::vector<std::size_t>& cell) const {
-  std::size_t cells = 1;
-  for (const int along : setup_.cells) cells *= static_cast<std::size_t>(along);
-  std::vector<std::uint32_t> begin(cells + 1);
-  for (const std::size_t p : points_.occupied()) ++begin[cell[p] + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<std::uint32_t> out(begin.back());
+  std::size_t first = std::numeric_limits<std::size_t>::max(), last = 0, count = 0;
   for (const std::size_t p : points_.occupied())
-    out[begin[cell[p]]++] = static_cast<std::uint32_t>(p);
+    first = std::min(first, cell[p]), last = std::max(last, cell[p]), ++count;
+  if (count == 0) return {};
+  std::vector<std::uint32_t> begin(last - first + 2), out(count);
+  for (const std::size_t p : points_.occupied()) ++begin[cell[p] - first + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  for (const std::size_t p : points_.occupied())
+    out[begin[cell[p] - first]++] = static_cast<std::uint32_t>(p);
   return out;
 }
 
