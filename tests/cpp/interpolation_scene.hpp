@@ -58,7 +58,8 @@ struct Scene {
     if constexpr (std::is_same_v<Real, Wide>) {
       out.velocities = out.nodes;
     } else {
-      velocities = {grid.nodes.begin(), grid.nodes.end()};
+      velocities.clear();
+      for (const Node<Dim>& node : grid.nodes) velocities.emplace_back(node.motion, node.change);
       out.velocities = velocities.data();
     }
     for (int d = 0; d < Dim; ++d) {
