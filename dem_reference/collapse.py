@@ -22,7 +22,7 @@ from .plan import Plan
 from .process import Voice
 from .release import acting, released, settled
 from .restart import State
-from .spent import Spent
+from .spent import Spent, processor_seconds
 
 
 class Column:
@@ -281,7 +281,7 @@ class Collapse:
         """Processor time and time of the clock (2,) [s], those of earlier parts of the run, up to
         their checkpoint, with them.
         """
-        return self.earlier + (time.process_time(), time.monotonic() - self.began)
+        return self.earlier + (processor_seconds(), time.monotonic() - self.began)
 
 
 def collapse(

@@ -58,11 +58,12 @@ def write(
         figures.insert(1, temperature.draw(trial, folder / "temperature"))
     widths = ", ".join(f"{cells.width:.3g} d" for cells in trial.runs[0])
     files = len(trial.files)
-    figures[0][1].insert(
-        0,
+    first, words, drawn = figures[0]
+    made_of = (
         f"{NAME[trial.engine].capitalize()}: {files} run{'s' if files > 1 else ''}, kernel widths "
-        f"{widths}. Controls: {'; '.join(notes)}.",
+        f"{widths}. Controls: {'; '.join(notes)}."
     )
+    figures[0] = first, [made_of, *words], drawn
     tables = {
         "Bias of each law": table[[*table.columns[1:], table.columns[0]]],
         "Refused": pd.DataFrame({"what, and why": trial.refused}),

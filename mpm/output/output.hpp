@@ -21,7 +21,7 @@ struct Provenance {
 /// Processor time of a run, all threads together [s].
 struct Spent {
   double whole = 0.0;
-  double engine = 0.0;  // of it: the solver's own steps
+  double engine = 0.0;  // of it: the solver's own steps, with the watch over them: what is left
   double output = 0.0;  // frames and files
   double setup = 0.0;   // start of the program, reading, first state
 

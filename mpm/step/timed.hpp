@@ -5,9 +5,12 @@
 
 namespace grainpair {
 
-/// Processor time of this process, all threads together [s].
+/// Processor time of this process, all threads together [s]. Where processor time is limited
+/// (RLIMIT_CPU) Linux tells it as of the last tick, some milliseconds ago, but for a thread whose
+/// own clock has just been asked for.
 inline double processor_seconds() {
   timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
