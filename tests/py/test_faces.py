@@ -9,6 +9,7 @@ here: what they say, tests of their own do.
 
 import importlib.util
 import os
+import re
 from pathlib import Path
 
 import faces
@@ -43,6 +44,17 @@ def opened(browser: Browser, path: Path) -> Page:  # noqa: F811
     elsewhere = [one for one in tab.requests if "/site/" not in one or not one.startswith("file:")]
     assert tab.errors == [] and elsewhere == []
     return tab
+
+
+def test_pages_of_trials_say_no_more_the_second_time(tmp_path, written):
+    """What one page adds to its charts' words is its own."""
+    first, second = written("judge"), faces.make("judge", tmp_path)
+    assert said(second) == said(first)
+
+
+def said(page: Path) -> str:
+    """What its charts say."""
+    return "".join(re.findall(r"<li>.*?</li>", page.read_text(), re.DOTALL))
 
 
 @pytest.mark.parametrize("name", faces.PAGES)

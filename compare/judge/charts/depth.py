@@ -50,7 +50,7 @@ def draw(trial: Trial, path: Path) -> Figure:
             bbox_to_anchor=(1.01, 1.0),
             fontsize=7.5,
         )
-        return "Over the depth", WORDS, save(figure, path, {})
+        return "Over the depth", list(WORDS), save(figure, path, {})
 
 
 def band(ax, curves: list[tuple[np.ndarray, np.ndarray]], label: str):

@@ -29,4 +29,4 @@ def draw(trial: Trial, path: Path) -> Figure:
             curve(ax, answers, look[law.label])
         over_inertial_number(ax, "μ_D")
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=7.5)
-        return "Friction", WORDS, save(figure, path, {})
+        return "Friction", list(WORDS), save(figure, path, {})

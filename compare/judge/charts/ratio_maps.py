@@ -61,7 +61,7 @@ def draw(trial: Trial, path: Path) -> Figure:
         bar.ax.set_yticklabels(["0.5", "0.7", "1", "1.4", "2"])
         bar.ax.minorticks_off()
         bar.set_label(f"μ_D of the law / {NAME[trial.engine]}")
-        return "Where and when", WORDS, save(figure, path, {})
+        return "Where and when", list(WORDS), save(figure, path, {})
 
 
 def ratios(cells, answer, t):

@@ -62,4 +62,4 @@ def draw(trial: Trial, path: Path) -> Figure:
             bbox_to_anchor=(1.01, 1.0),
             fontsize=7.5,
         )
-        return "Granular temperature and its dissipation", WORDS, save(figure, path, {})
+        return "Granular temperature and its dissipation", list(WORDS), save(figure, path, {})
