@@ -2,6 +2,7 @@
 folder, without privileges of the system's own Slurm. Debian's slurm-wlm and munge.
 """
 
+import fcntl
 import os
 import shutil
 import signal
@@ -190,6 +191,16 @@ def descendants(of: set[int]) -> set[int]:
 
 
 @contextmanager
+def one_at_a_time() -> Iterator[None]:
+    """Tests beside each other wait: two nodes would share this machine's processors, and each
+    Slurm's clocks are set for one that keeps up.
+    """
+    with open(Path(tempfile.gettempdir()) / "grainpair-slurm.lock", "w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+@contextmanager
 def running(cpus: int = 8, memory: int = 16000) -> Iterator[Slurm]:
     """Skips the test where it cannot be."""
     for name in PROGRAMS:
@@ -197,11 +208,12 @@ def running(cpus: int = 8, memory: int = 16000) -> Iterator[Slurm]:
             pytest.skip(f"{name} is not installed (slurm-wlm, munge)")
     if os.geteuid():
         pytest.skip("slurmd here wants root")
-    folder = Path(tempfile.mkdtemp(prefix="slurm-"))  # short: a socket's path has a bound
-    here = Slurm(folder, cpus, memory)
-    try:
-        here.start()
-        yield here
-    finally:
-        here.stop()
-        shutil.rmtree(folder, ignore_errors=True)
+    with one_at_a_time():
+        folder = Path(tempfile.mkdtemp(prefix="slurm-"))  # short: a socket's path has a bound
+        here = Slurm(folder, cpus, memory)
+        try:
+            here.start()
+            yield here
+        finally:
+            here.stop()
+            shutil.rmtree(folder, ignore_errors=True)

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from cases import case
+from cases import case, members
 from cases.members import MOST, Members, Watch, shown
 from cases.programs import ROOT, module
 from compare.study import sweep
@@ -167,6 +167,7 @@ def test_a_study_says_what_its_runs_are(tmp_path, monkeypatch, capsys):
         jobs, profile, quiet = 1, None, False
 
     monkeypatch.setenv("GRAINPAIR_RUNS", str(tmp_path))
+    monkeypatch.setattr(members, "INTERVAL", 0.02)  # runs of a tenth of a second are seen
     sets = [("mpm.cell_size=0.005", f"time.maximum={end}") for end in (0.5, 0.25)]
     recipes = [Recipe("mpm", words, "test", timeout=30.0) for words in sets]
     points = sweep.run_recipes(case.load(CI), recipes, Options)
