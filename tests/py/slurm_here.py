@@ -99,7 +99,7 @@ class Slurm:
         time.sleep(LATER * again)
         # by -b a node says that it was started anew, as else the machine's clock tells
         self.begin("slurmd", "-D", *["-b"] * again)
-        until = time.monotonic() + 30.0
+        until = time.monotonic() + 60.0
         while time.monotonic() < until:
             done = subprocess.run(
                 ["sinfo", "--noheader", "--format=%T"],
