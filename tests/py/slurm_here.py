@@ -87,7 +87,11 @@ class Slurm:
         monkeypatch.setenv("CI", "true")  # then Snakemake does not wait ten seconds between looks
 
     def ask(self, *words: str) -> str:
-        done = subprocess.run(words, env=self.environment, capture_output=True, text=True)
+        """What Slurm answers; a controller that is busy is asked again."""
+        for _ in range(5):
+            done = subprocess.run(words, env=self.environment, capture_output=True, text=True)
+            if "timed out" not in done.stderr:
+                break
         assert done.returncode == 0, (words, done.stderr)
         return done.stdout
 
@@ -111,6 +115,16 @@ class Slurm:
                 return
             time.sleep(0.2)
         raise RuntimeError(f"no node is idle: {done.stdout}{done.stderr}")
+
+    def lose_node(self):
+        """Its node is down, and back: by itself, once it has told of itself, or because it is told
+        to be.
+        """
+        of_node = ("scontrol", "update", f"nodename={self.host}")
+        self.ask(*of_node, "state=down", "reason=test")
+        words = (*of_node, "state=resume")
+        done = subprocess.run(words, env=self.environment, capture_output=True, text=True)
+        assert done.returncode == 0 or "Invalid node state" in done.stderr, done.stderr
 
     def begin(self, *words: str):
         with open(self.folder / f"{words[0]}.out", "ab") as out:

@@ -4,6 +4,7 @@ import json
 import shutil
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from cases import cluster
@@ -73,6 +74,15 @@ def records(folder: Path, of: str) -> list[tuple[int, dict]]:
 def begun(folder: Path, name: str) -> int:
     notes = folder / f"{name}.begun"
     return len(notes.read_text()) if notes.exists() else 0
+
+
+def at_work(words: str) -> bool:
+    """Whether a process on this machine has them in its command line."""
+    for one in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):  # it has ended meanwhile
+            if words.encode() in (one / "cmdline").read_bytes():
+                return True
+    return False
 
 
 def wait_for(what, seconds=60.0):
