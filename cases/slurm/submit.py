@@ -58,9 +58,17 @@ def refusal(before: dict) -> str:
     if state == "CANCELLED":
         return "it was cancelled"
     logs = (Path("logs") / f"{name}.log" for name in names)
-    if state == "FAILED" and any(log.exists() and log.stat().st_size for log in logs):
+    if state == "FAILED" and any(said_why(log) for log in logs):
         return "it said why it failed"
     return ""
+
+
+def said_why(log: Path) -> bool:
+    """Whether a job has told of a failure of its own: not that it was interrupted, as by Slurm
+    where its node fails.
+    """
+    said = log.read_text(errors="replace").strip() if log.exists() else ""
+    return bool(said) and not said.endswith(": interrupted")
 
 
 def main(path: str) -> int:
