@@ -160,21 +160,23 @@ class KineticTheory {
   template <class Real>
   Real advance(const Coefficients<Real>& c, const Real& s_old, const Real& shear_rate2,
                const Real& trD, const Real& dt) const {
-    const Real t_old = s_old * s_old, viscous = c.H * shear_rate2 + c.B * trD * trD;
-    if (parameters.explicit_temperature)
-      return forward(c, s_old, dt * viscous * s_old * softened(c, s_old), trD, dt);
-    return ended(c, s_old, trD, dt, -(1.5 * kap * t_old + dt * viscous),
-                 -1.5 * c.inverse_g * t_old);
+    return advanced(c, s_old, shear_rate2, trD, dt, to_the_last);
+  }
+  /// The same to the square of its change, for coefficients that are taken there.
+  template <class Real>
+  Real foreseen(const Coefficients<Real>& c, const Real& s_old, const Real& shear_rate2,
+                const Real& trD, const Real& dt) const {
+    return advanced(c, s_old, shear_rate2, trD, dt, roughly);
   }
 
-  /// The same where the viscous stress has heated by `heat` [J/kg]:
+  /// The same where the viscous stress has heated by `heat` [J/kg], sought from `near`:
   ///     (3/2 kap + dt Q) s^3 + (3/2 /G - dt P trD) s^2 - (kap s + 1/G)(3/2 T_old + heat) = 0 .
   template <class Real>
   Real heated(const Coefficients<Real>& c, const Real& s_old, const Real& heat, const Real& trD,
-              const Real& dt) const {
+              const Real& dt, const Real& near) const {
     if (parameters.explicit_temperature) return forward(c, s_old, heat, trD, dt);
     const Real held = 1.5 * s_old * s_old + heat;
-    return ended(c, s_old, trD, dt, -kap * held, -c.inverse_g * held);
+    return ended(c, near, trD, dt, -kap * held, -c.inverse_g * held, to_the_last);
   }
 
   /// dp_c/d(strain) over a step of `heated` that ends at s, per bulk density [m2/s2]. With
@@ -213,32 +215,45 @@ class KineticTheory {
     return sqrt(t + (heat + dt * collisions) / 1.5);
   }
 
-  /// The positive root of (3/2 kap + dt Q) s^3 + (3/2 /G - dt P trD) s^2 + c1 s + c0. The signs
-  /// (+, any, -, -) leave exactly one, for any step.
+  /// Newton converges quadratically: after a change of 1e-8 what is left is below round-off, after
+  /// one of a tenth it is a hundredth.
+  static constexpr double to_the_last = 1e-8, roughly = 0.1;
+
   template <class Real>
-  Real ended(const Coefficients<Real>& c, const Real& s_old, const Real& trD, const Real& dt,
-             const Real& c1, const Real& c0) const {
+  Real advanced(const Coefficients<Real>& c, const Real& s_old, const Real& shear_rate2,
+                const Real& trD, const Real& dt, double enough) const {
+    const Real t_old = s_old * s_old, viscous = c.H * shear_rate2 + c.B * trD * trD;
+    if (parameters.explicit_temperature)
+      return forward(c, s_old, dt * viscous * s_old * softened(c, s_old), trD, dt);
+    return ended(c, s_old, trD, dt, -(1.5 * kap * t_old + dt * viscous), -1.5 * c.inverse_g * t_old,
+                 enough);
+  }
+
+  /// The positive root of (3/2 kap + dt Q) s^3 + (3/2 /G - dt P trD) s^2 + c1 s + c0, until it
+  /// changes by no more than `enough` of it. The signs (+, any, -, -) leave exactly one, for any
+  /// step.
+  template <class Real>
+  Real ended(const Coefficients<Real>& c, const Real& near, const Real& trD, const Real& dt,
+             const Real& c1, const Real& c0, double enough) const {
     const Real c3 = 1.5 * kap + dt * c.Q, c2 = 1.5 * c.inverse_g - dt * c.P * trD;
     const auto at_rest = c1 == 0.0 && c0 == 0.0;  // and cold
     // The cubic is convex to the right of its positive root, so Newton from there descends to it.
-    // From the old value too, where the cubic rises and curves upwards: its first step goes past
-    // the root.
+    // From nearby too, where the cubic rises and curves upwards: its first step goes past the root.
     const auto descends =
-        3.0 * c3 * s_old + c2 > 0.0 && (3.0 * c3 * s_old + 2.0 * c2) * s_old + 2.0 * c1 > 0.0;
-    Real s = s_old;
+        3.0 * c3 * near + c2 > 0.0 && (3.0 * c3 * near + 2.0 * c2) * near + 2.0 * c1 > 0.0;
+    Real s = near;
     if (!all(descends)) {
       const Real cold = any(c0 != 0.0) ? cube_root(-3.0 * c0 / c3) : Real(0.0);
       const Real bound =
           larger(larger(3.0 * larger(-c2, Real(0.0)) / c3, sqrt(-3.0 * c1 / c3)), cold);
-      s = select(descends, s_old, bound);
+      s = select(descends, near, bound);
     }
     Mask<Real> pending = !at_rest;
     for (int i = 0; i < 100 && any(pending); ++i) {
       const Real change =
           (((c3 * s + c2) * s + c1) * s + c0) / ((3.0 * c3 * s + 2.0 * c2) * s + c1);
       s = select(pending, s - change, s);
-      pending =
-          pending && abs(change) > 1e-9 * s;  // quadratic convergence: what is left is below 1e-16
+      pending = pending && abs(change) > enough * s;
     }
     return select(at_rest, Real(0.0), s);
   }

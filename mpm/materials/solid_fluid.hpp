@@ -149,7 +149,9 @@ class SolidFluidWith : public Contacts {
     const Real gdot2 = 2.0 * dev.squaredNorm();
     const auto c =
         gas_.coefficients(e, Contacts::inverse_g(gas_, e, old.memory), sqrt(gdot2), old.speed);
-    Real s = gas_.advance(c, old.speed, gdot2, trD, dt), Y = gas_.softened(c, s);
+    Real s = spring_.rigid() ? gas_.advance(c, old.speed, gdot2, trD, dt)
+                             : gas_.foreseen(c, old.speed, gdot2, trD, dt);
+    Real Y = gas_.softened(c, s);
     const Real eta = c.H * Y * s, lam = c.B * Y * s;  // per bulk density
     Real share = 0.0;
     if constexpr (std::is_base_of_v<WithContacts, Contacts>)
@@ -159,7 +161,7 @@ class SolidFluidWith : public Contacts {
     Real pressing = 0.0;
     if (!spring_.rigid()) {
       const Real heat = viscous.shear_heat - of_contacts + viscous.bulk_heat;
-      s = gas_.heated(c, old.speed, heat, trD, dt);
+      s = gas_.heated(c, old.speed, heat, trD, dt, s);
       Y = gas_.softened(c, s);
       pressing = larger(gas_.pressure_modulus(c, old.speed, heat, s, trD, dt), Real(0.0));
     }

@@ -217,14 +217,43 @@ TEST(KineticTheory, ModulusOfThePressureIsItsSlope) {
         const auto pressed = [&](double strain) {  // p_c over the bulk density before
           const double after = e - (1.0 + e) * strain, trD = strain / dt;
           const auto c = gas.coefficients(after, 0.0, s_old);
-          const double s = gas.heated(c, s_old, heat, trD, dt);
+          const double s = gas.heated(c, s_old, heat, trD, dt, s_old);
           return (1.0 + e) / (1.0 + after) * c.P * gas.softened(c, s) * s * s;
         };
         const auto c = gas.coefficients(e, 0.0, s_old);
-        const double s = gas.heated(c, s_old, heat, 0.0, dt);
+        const double s = gas.heated(c, s_old, heat, 0.0, dt, s_old);
         const double slope = (pressed(little) - pressed(-little)) / (2.0 * little);
         EXPECT_NEAR(gas.pressure_modulus(c, s_old, heat, s, 0.0, dt), slope, 0.02 * slope)
             << e << " " << s_old << " " << dt;
+      }
+}
+
+// Newton converges quadratically. The constant is that of the cubic's curvature: 1 where it is
+// s^2 - const, 2 where the cubic term leads.
+TEST(KineticTheory, ForeseenToTheSquareOfItsChange) {
+  const KineticTheory theory(seed);
+  for (const double e : {0.65, 0.72, 0.9})
+    for (const double s_old : {1e-3, 0.03})
+      for (const double rate : {0.0, 30.0, 300.0})
+        for (const double dt : {1e-7, 1e-6, 1e-5, 1e-4}) {
+          const auto c = theory.coefficients(e, rate, s_old);
+          const double s = theory.advance(c, s_old, rate * rate, 0.0, dt);
+          const double foreseen = theory.foreseen(c, s_old, rate * rate, 0.0, dt);
+          const double change = std::min(0.1, std::abs(s / s_old - 1.0));
+          EXPECT_NEAR(foreseen / s, 1.0, 2.0 * change * change + 1e-12)
+              << e << " " << s_old << " " << rate << " " << dt;
+        }
+}
+
+TEST(KineticTheory, TheRootIsTheSameWhereverItIsSought) {
+  const KineticTheory theory(seed);
+  for (const double e : {0.65, 0.72, 0.9})
+    for (const double trD : {-100.0, 0.0, 100.0})
+      for (const double near : {0.0, 1e-6, 0.0299, 0.0301, 10.0}) {
+        const auto c = theory.coefficients(e, 30.0, 0.03);
+        const double s = theory.heated(c, 0.03, 1e-6, trD, 1e-5, 0.03);
+        EXPECT_NEAR(theory.heated(c, 0.03, 1e-6, trD, 1e-5, near) / s, 1.0, 1e-14)
+            << e << " " << trD << " " << near;
       }
 }
 
