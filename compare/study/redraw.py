@@ -19,6 +19,7 @@ from compare.study.charts import atlas as atlas_chart
 from compare.study.charts import convergence as convergence_chart
 from compare.study.charts import experiment as experiment_chart
 from compare.study.charts import frontier as frontier_chart
+from compare.study.charts import refinement as refinement_chart
 
 
 def of_frontier(folder: Path, work: Path):
@@ -70,22 +71,34 @@ def of_experiment(folder: Path, work: Path):
     yield folder / "experiment.png"
 
 
+def of_refinement(folder: Path, work: Path):
+    refinement_chart.draw(pd.read_csv(folder / "refinement.csv", comment="#"), work / "refinement")
+    yield folder / "refinement.png"
+
+
 STUDIES = {
     "frontier/points.csv": of_frontier,
     "atlas/boundaries.csv": of_atlas,
     "convergence.csv": of_convergence,
     "experiment.csv": of_experiment,
+    "refinement.csv": of_refinement,
 }
+
+
+def draw(study, folder: Path) -> list[Path]:
+    """Puts the pictures of one of the STUDIES beside its table; returns them."""
+    with temporary() as work:
+        pictures = list(study(folder, work))
+        for picture in pictures:
+            shutil.copyfile(work / picture.name, picture)
+    return pictures
 
 
 def main() -> int:
     for name, study in STUDIES.items():
         for table in sorted((ROOT / "cases").glob(f"*/reference/{name}")):
-            folder = table.parents[len(Path(name).parts) - 1]
-            with temporary() as work:
-                for picture in study(folder, work):
-                    shutil.copyfile(work / picture.name, picture)
-                    print(picture.relative_to(ROOT))
+            for picture in draw(study, table.parents[len(Path(name).parts) - 1]):
+                print(picture.relative_to(ROOT))
     return 0
 
 
