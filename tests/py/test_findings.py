@@ -355,3 +355,23 @@ def test_a_floor_that_is_too_short_spoils_a_real_run(tmp_path, capsys):
     assert next(f["figure"] for f in at_end if f["of"] == "dem") > 0.2
     page = (tmp_path / "report.html").read_text()
     assert page.count("reached the end of the scene") == 2 and "<b>Invalid result</b>" in page
+
+
+@pytest.mark.parametrize("height, share", [(1e-3, 1.0), (0.02, 0.0)])
+def test_temperature_of_a_layer_thinner_than_a_grain_is_noted(tmp_path, height, share):
+    """All of it at one height, below or above the 2 mm of a grain."""
+    folder = write_pair(tmp_path, mpm={"frames": 3}, dem={"frames": 3})
+    with h5py.File(folder / "mpm.h5", "r+") as f:
+        for frame in f["data"].values():
+            cloud = frame["particles/cloud"]
+            y = cloud["position/y"][()]
+            hot = np.argmin(np.abs(y - height))
+            y[hot] = height
+            cloud["position/y"][...] = y
+            cloud["granular_temperature"][...] = np.where(np.arange(len(y)) == hot, 1.0, 0.0)
+        f["energy/fluctuation"][...] = 1.0
+    map_fields(sorted(folder.glob("*.h5")), folder / "fields.h5")
+    findings.all_checks()
+    found = findings.REGISTRY["thin_temperature"](comparison.load(folder), {})
+    assert [one.figure for one in found] == ([1.0] if share else [])
+    assert all(one.severity == "note" for one in found)

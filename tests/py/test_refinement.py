@@ -1,0 +1,55 @@
+"""What refinement does to the collapse of each law: the table that is kept, and the study itself."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from cases.programs import ROOT
+from compare.study import refinement
+
+SMALL = ROOT / "cases" / "column_small"
+
+
+@pytest.fixture(scope="module")
+def kept() -> pd.DataFrame:
+    return pd.read_csv(SMALL / "reference" / "refinement.csv", comment="#")
+
+
+def means(table: pd.DataFrame, law: str) -> pd.DataFrame:
+    return table[table["law"] == law].groupby("cells").mean(numeric_only=True)
+
+
+def row(cells: int, seed: int, at: float) -> dict:
+    deposit = (np.array([at, at + 1.0]), np.ones(2))
+    return {"law": "mu_i", "cells": cells, "seed": seed, "deposit": deposit}
+
+
+def test_deposits_are_as_far_apart_as_they_were_put():
+    rows = [row(10, 1, 0.0), row(10, 2, 0.01), row(20, 1, 0.2), row(40, 1, 0.25)]
+    found = pd.DataFrame(refinement.distances(rows))
+    assert list(found["to_next"]) == pytest.approx([0.2, np.nan, 0.05, np.nan], nan_ok=True)
+    assert list(found["to_finest"]) == pytest.approx([0.25, np.nan, 0.05, np.nan], nan_ok=True)
+    assert list(found["apart"]) == pytest.approx([0.01, 0.01, np.nan, np.nan], nan_ok=True)
+
+
+@pytest.mark.parametrize("last, comes", [(0.005, True), (0.02, False)])
+def test_a_limit_is_where_refinement_moves_less_and_less(last, comes):
+    rows = [row(10, 1, 0.0), row(20, 1, 0.01), row(40, 1, 0.01 + last)]
+    assert refinement.limits(pd.DataFrame(refinement.distances(rows))) == {"mu_i": comes}
+
+
+def test_what_the_kept_table_says_is_no_chance(kept):
+    """Refinement moves deposits further than a displaced start does, by three times at least."""
+    for law in refinement.LAWS:
+        found = means(kept, law)
+        assert (found["to_next"].dropna() > 3.0 * found["apart"].iloc[:-1]).all(), law
+
+
+@pytest.mark.parametrize("law", ["mu_i", "solid_fluid"])
+def test_a_small_member_is_what_the_table_says(kept, law, tmp_path):
+    """To three times what a displaced start does, and a thousandth for another machine's sums."""
+    starts = kept[(kept["law"] == law) & (kept["cells"] == 10)]
+    found = refinement.one(SMALL, law, 10, 1, tmp_path)
+    for name in ("run_out_95", "centre", "height", "peak", "fluctuation", "fluctuation_above"):
+        mean, apart = starts[name].mean(), np.ptp(starts[name])
+        assert found[name] == pytest.approx(mean, abs=3.0 * apart, rel=1e-3), name
