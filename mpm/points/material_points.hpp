@@ -107,13 +107,19 @@ class MaterialPoints {
                   (axisymmetric ? 2.0 * std::numbers::pi * numerics.h * numerics.h : cell_volume);
   }
 
-  /// point[i] <- point[order[i]], of what lasts from step to step.
-  void reorder(const Order& order) {
-    points.reorder(order);
-    reorder_field(pressure, order);
-    if (!collisional_pressure.empty()) reorder_field(collisional_pressure, order);
-    if (!shared_pressure.empty()) reorder_field(shared_pressure, order);
-    resize_of_step();
+  /// point[i] <- point[order[i]], of what lasts from step to step, in tasks; once they are done,
+  /// what does not needs its room (`resize_of_step`).
+  void reorder(const Order& order, Tasks& tasks) {
+    points.reorder(order, tasks);
+    for (auto* field : {&pressure, &collisional_pressure, &shared_pressure})
+      if (!field->empty()) tasks.push_back([field, &order] { reorder_field(*field, order); });
+  }
+
+  /// What the grid gives anew in every step.
+  void resize_of_step() {
+    velocity_gradient.resize(points.size()), grid_velocity.resize(points.size());
+    volumetric_rate.resize(points.size());
+    if (axisymmetric_) hoop.resize(points.size());
   }
 
   void archive(Archive& to) {
@@ -369,13 +375,6 @@ class MaterialPoints {
   }
 
  private:
-  /// What the grid gives anew in every step.
-  void resize_of_step() {
-    velocity_gradient.resize(points.size()), grid_velocity.resize(points.size());
-    volumetric_rate.resize(points.size());
-    if (axisymmetric_) hoop.resize(points.size());
-  }
-
   /// Mass times specific volume, relative to the solid's, at which a point fills its cell [kg].
   Wide most_solid(const Block& block) const {
     if (axisymmetric_) return most_solid_ * points.x.load(block)[0];

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -26,14 +27,20 @@ struct Order {
   }
 };
 
+using Tasks = std::vector<std::function<void()>>;
+
 /// field[i] <- field[order[i]]; zeros are so in any order.
 template <class Field>
 void reorder_field(Field& field, const Order& order) {
-  if (std::ranges::all_of(field, [](auto x) { return x == 0; }))
-    return field.resize(order.from.size());
-  Field sorted(order.from.size());
-  for (std::size_t i = 0; i < order.from.size(); ++i) sorted[i] = field[order.from[i]];
-  field.swap(sorted);
+  if constexpr (requires { field.reorder(order.from); }) {
+    field.reorder(order.from);
+  } else if (std::ranges::all_of(field, [](auto x) { return x == 0; })) {
+    field.resize(order.from.size());
+  } else {
+    Field sorted(order.from.size());
+    for (std::size_t i = 0; i < order.from.size(); ++i) sorted[i] = field[order.from[i]];
+    field.swap(sorted);
+  }
 }
 
 /// The places of points that are no fillers: a range of numbers.
@@ -116,15 +123,17 @@ struct Points {
     id.resize(n);
   }
 
-  /// point[i] <- point[order[i]] for every field.
-  void reorder(const Order& order) {
-    const auto apply = [&](auto& field) { reorder_field(field, order); };
-    x.reorder(order.from), v.reorder(order.from), affine.reorder(order.from);
-    sigma.reorder(order.from);
-    apply(mass), apply(void_ratio), apply(fluctuation), apply(plastic);
-    apply(regime_4), apply(contact), apply(conducted), apply(granular_temperature);
-    apply(deviatoric_strain), apply(regime), apply(id);
-    for (const auto p : order.fillers) mass[p] = 0.0;
+  /// point[i] <- point[order[i]]: a task for every field, which may go side by side.
+  void reorder(const Order& order, Tasks& tasks) {
+    const auto add = [&](auto&... fields) {
+      (tasks.push_back([&] { reorder_field(fields, order); }), ...);
+    };
+    add(sigma, affine, x, v, void_ratio, fluctuation, plastic, regime_4, contact, conducted);
+    add(granular_temperature, deviatoric_strain, regime, id);
+    tasks.push_back([&] {
+      reorder_field(mass, order);
+      for (const auto p : order.fillers) mass[p] = 0.0;
+    });
   }
 
   void archive(Archive& to) {

@@ -163,6 +163,7 @@ class Solver final : public Simulation {
   // solver_sort.cpp
   void initialise(const std::vector<InitialState>& initial);
   void sort_points();
+  void reorder(const Order& order, Tasks tasks);
   std::size_t cell_of(const Vec& x) const;
   std::vector<std::uint32_t> by_cell(const std::vector<std::size_t>& cell) const;
   Order in_cell_order(const std::vector<std::uint32_t>& points,

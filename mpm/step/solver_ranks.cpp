@@ -215,8 +215,7 @@ void Solver<D>::put_in(Order& order, const Bytes& count, const Bytes& come) {
   if (!count.empty()) std::memcpy(&more, count.data(), sizeof more);
   order.from.resize(order.from.size() + more, 0);
   if (order.from.empty()) order.keep_one();
-  material_.reorder(order);
-  body_->reorder(order.from);
+  reorder(order, {[&] { body_->reorder(order.from); }});
   if (more > 0) {
     Moving moving(points_.size(), more, come);
     material_.archive(moving), body_->archive(moving);

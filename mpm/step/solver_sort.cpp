@@ -50,7 +50,7 @@ void Solver<D>::initialise(const std::vector<InitialState>& initial) {
   std::iota(order.from.begin(), order.from.end(), 0u);
   order.fill_up();
   body_->resize(initial.size());
-  material_.reorder(order);
+  reorder(order, {});
   if (body_->fluctuates()) material_.collisional_pressure.resize(points_.size());
   constexpr std::size_t most = 64;
   Batch batch(most, false);
@@ -77,6 +77,15 @@ void Solver<D>::initialise(const std::vector<InitialState>& initial) {
     });
   }
   if (ranks().many()) body_->reorder(order.from);  // fillers there, too: points may leave at once
+}
+
+/// Every field of the points by itself, with other tasks of that kind.
+template <int D>
+void Solver<D>::reorder(const Order& order, Tasks tasks) {
+  material_.reorder(order, tasks);
+  side_by_side(0, static_cast<int>(tasks.size()),
+               [&](int k) { tasks[static_cast<std::size_t>(k)](); });
+  material_.resize_of_step();
 }
 
 template <int D>
@@ -116,8 +125,7 @@ void Solver<D>::sort_points() {
   find_active_box(points);
   here_ = points.size();
   const Order order = in_cell_order(points, cell);
-  material_.reorder(order);
-  body_->reorder(order.from);
+  reorder(order, {[&] { body_->reorder(order.from); }});
   material_.find_cells();
   give_pressures_anew();
   drift_ = 0.0;
