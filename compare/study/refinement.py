@@ -88,7 +88,8 @@ def distances(rows: list[dict]) -> list[dict]:
     deposits = {(row["law"], row["cells"], row["seed"]): row["deposit"] for row in rows}
 
     def distance(row: dict, **other) -> float:
-        to = deposits.get(tuple((row | other)[name] for name in ("law", "cells", "seed")))
+        at = row | other
+        to = deposits.get((at["law"], at["cells"], at["seed"]))
         if to is None:
             return float("nan")
         (x, mass), (y, masses) = row["deposit"], to

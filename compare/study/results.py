@@ -19,8 +19,7 @@ from cases.errors import CaseError, exit_code
 from cases.files import write_atomically
 from cases.programs import ROOT
 from compare.chute import results as of_chute
-from compare.study import frontier, refinement
-from compare.study.charts import refinement as refinement_chart
+from compare.study import frontier, refined
 from compare.study.distance import WORDS
 from compare.study.shown import markdown, origin, per_cent, read, times
 
@@ -235,45 +234,6 @@ def convergence(name: str, figures: tuple[str, ...]) -> str:
     return markdown(["setting", *names, "lost", "steps"], rows)
 
 
-def refined(name: str) -> dict:
-    """Each law on finer and finer cells, the means of its displaced starts; by law whether the
-    deposit comes to a limit.
-    """
-    path = ROOT / "cases" / name / "reference" / "refinement.csv"
-    table = read(path)
-    rows = []
-    for law, part in table.groupby("law", sort=False):
-        means = part.groupby("cells").mean(numeric_only=True)
-        for cells, row in means.iterrows():
-            last = math.isnan(row["to_next"])
-            hot = row["fluctuation"] > 0.0
-            rows.append(
-                [
-                    f"**{LAWS[str(law)]}**" if cells == means.index[0] else "",
-                    f"{cells}",
-                    f"{row['run_out_95']:.3f}",
-                    f"{row['height']:.3f}",
-                    per_cent(row["peak"]),
-                    *(
-                        f"{100.0 * row[one]:.3f} %" if hot else "–"
-                        for one in ("fluctuation", "fluctuation_above")
-                    ),
-                    "–" if last else f"{row['to_next']:.4f}",
-                    f"{row['apart']:.4f}",
-                ]
-            )
-    names = ["law", "cells", "run-out 95 % [L0]", "height [L0]", "kinetic peak", "fluctuation"]
-    names += ["above one d", "moved by the next [L0]", "two starts [L0]"]
-    comes = refinement.limits(table)
-    lost = [LAWS[law] for law, limit in comes.items() if not limit]
-    return {
-        "origin": origin(path),
-        "table": markdown(names, rows),
-        "lost": ", ".join(lost) if lost else "none",
-        "seen": refinement_chart.told(table),
-    }
-
-
 def verdicts(names: list[str]) -> list[dict]:
     out = []
     for name in names:
@@ -387,7 +347,7 @@ def page() -> str:
         convergence_origin={
             name: origin(reference[name] / "convergence.csv") for name in ("column", "column_small")
         },
-        refined=refined("column_small"),
+        refined=refined.values(ROOT / "cases" / "column_small" / "reference", LAWS),
         verdicts=verdicts(["column_small", "column", "column_ci"]),
         experiments=[
             {

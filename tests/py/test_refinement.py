@@ -1,4 +1,4 @@
-"""What refinement does to the collapse of each law: the table that is kept, and the study itself."""
+"""What refinement does to the collapse of each law: the study, and the table that is kept."""
 
 import numpy as np
 import pandas as pd
@@ -38,11 +38,31 @@ def test_a_limit_is_where_refinement_moves_less_and_less(last, comes):
     assert refinement.limits(pd.DataFrame(refinement.distances(rows))) == {"mu_i": comes}
 
 
-def test_what_the_kept_table_says_is_no_chance(kept):
-    """Refinement moves deposits further than a displaced start does, by three times at least."""
-    for law in refinement.LAWS:
+def test_laws_that_know_a_rate_come_to_a_limit_and_no_others_do(kept):
+    """What has a limit moves further by refinement than by chance, on any cells; what has none
+    moves by chance more and more.
+    """
+    comes = refinement.limits(kept)
+    assert {law for law, limit in comes.items() if limit} == {
+        "mu_i",
+        "solid_fluid",
+        "contact_share",
+    }
+    for law, limit in comes.items():
         found = means(kept, law)
-        assert (found["to_next"].dropna() > 3.0 * found["apart"].iloc[:-1]).all(), law
+        if limit:
+            assert (found["to_next"].dropna() > 3.0 * found["apart"].iloc[:-1]).all(), law
+        else:
+            assert (found["apart"].diff().dropna() > 0.0).all(), law
+
+
+@pytest.mark.parametrize("law", ["solid_fluid", "contact_share"])
+def test_temperature_comes_with_the_cells_below_one_grain_and_not_above(kept, law):
+    """From 10 cells to the finest: all of it by more than half, above a grain by less than 8 %."""
+    found = means(kept, law)
+    coarse, fine = found.iloc[0], found.iloc[-1]
+    assert fine["fluctuation"] > 1.5 * coarse["fluctuation"]
+    assert coarse["fluctuation_above"] == pytest.approx(fine["fluctuation_above"], rel=0.08)
 
 
 @pytest.mark.parametrize("law", ["mu_i", "solid_fluid"])
