@@ -21,6 +21,7 @@ from cases.errors import exit_code
 from cases.files import check_table, write_table
 from cases.programs import program
 from cases.provenance import about, head, typed
+from cases.scenes import refuse_chute
 from cases.scratch import temporary
 from cases.stages import Stage, run_stages
 from compare.mapping.reductions import wasserstein
@@ -132,6 +133,9 @@ def main(words: list[str]) -> int:
     parser.add_argument("--laws", nargs="+", choices=LAWS, default=list(LAWS), help="all")
     parser.add_argument("--seeds", type=int, default=2, help="displaced starts (%(default)s)")
     options = parser.parse_args(words)
+    if len(set(options.cells)) < 3:
+        parser.error(f"--cells: {len(set(options.cells))} numbers (a limit takes three at least)")
+    refuse_chute(load(options.case), "refinements are")
     target = options.case / "reference" / "refinement.csv"
     check_table(target)
     rows = []

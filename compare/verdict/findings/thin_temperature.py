@@ -17,7 +17,7 @@ def at_base(run: Run) -> float:
     """
     if not isinstance(run.clouds, StoredClouds) or not has_temperature(run):
         return 0.0
-    largest = run.energy["time"][np.nanargmax(run.energy["fluctuation"])]
+    largest = run.energy["time"][np.argmax(np.nan_to_num(run.energy["fluctuation"]))]
     frame = int(np.abs(run.time - largest).argmin())
     told = run.clouds.records(frame, ["granular_temperature"])
     if not told:
