@@ -11,20 +11,25 @@ from compare.verdict.findings import Finding, Severity, check, worst
 SHARE = 0.25
 
 
+def energies(run: Run, frame: int) -> np.ndarray:
+    """Of the points of a frame, (N,), up to a factor; none where they tell no temperature."""
+    told = run.clouds.records(frame, ["mass", "granular_temperature"])  # type: ignore[attr-defined]
+    return told["mass"] * told.get("granular_temperature", np.zeros(len(told["mass"])))
+
+
 def at_base(run: Run) -> float:
     """Share of the fluctuation energy that lies within a grain's diameter above the base, in the
     frame nearest to the largest; 0 where points tell no temperature.
     """
     if not isinstance(run.clouds, StoredClouds) or not has_temperature(run):
         return 0.0
-    largest = run.energy["time"][np.argmax(np.nan_to_num(run.energy["fluctuation"]))]
-    frame = int(np.abs(run.time - largest).argmin())
-    told = run.clouds.records(frame, ["granular_temperature"])
-    if not told:
-        return 0.0
-    cloud = run.clouds[frame]
-    energy = cloud.mass * told["granular_temperature"]
-    low = cloud.x[:, 1] < run.case["grains.diameter"]
+    if "fluctuation" in run.energy:
+        largest = run.energy["time"][np.argmax(np.nan_to_num(run.energy["fluctuation"]))]
+        frame = int(np.abs(run.time - largest).argmin())
+    else:  # points of another program
+        frame = max(range(len(run.time)), key=lambda i: energies(run, i).sum())
+    energy = energies(run, frame)
+    low = run.clouds[frame].x[:, 1] < run.case["grains.diameter"]
     return float(energy[low].sum() / energy.sum()) if energy.sum() > 0.0 else 0.0
 
 
