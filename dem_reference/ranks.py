@@ -84,7 +84,9 @@ def run_on_ranks(
         engine = children.start(words, stdout=subprocess.PIPE, stderr=said, env=around, text=True)
         try:
             for line in engine.stdout:
-                hear(line, report)
+                if not heard(line, report):  # MPI's own words, which tell of its failures alone
+                    said.write(line)
+                    said.flush()
             engine.wait()
         finally:
             children.end(engine)
@@ -107,16 +109,17 @@ def called(work: Callable) -> tuple[str, str]:
     return started.name if started else work.__module__, work.__qualname__
 
 
-def hear(line: str, report: Report) -> None:
-    """What a rank has said; MPI's own words are not for us."""
+def heard(line: str, report: Report) -> bool:
+    """Whether a rank has said this line; passes it on."""
     try:
         kind, *rest = json.loads(line)
     except (ValueError, TypeError):
-        return
+        return False
     if kind == "progress":
         report(*rest)
     elif kind == "warned":
         print(*rest, file=sys.stderr, flush=True)
+    return True
 
 
 class Lines:

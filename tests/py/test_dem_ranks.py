@@ -247,3 +247,14 @@ def test_the_model_of_more_ranks_is_that_of_the_page():
     alone, many = (scaling.model(table, 1e6, n, scaling.Network()) for n in (1, 64))
     assert many["rows"] == alone["rows"] and many["frames"] == alone["frames"]
     assert many["own"] == pytest.approx(alone["own"] / 64)
+
+
+@needs_mpi
+def test_what_mpirun_says_is_told(tmp_path, monkeypatch):
+    """On either stream, where it starts no rank."""
+    for redirect in ("", ">&2"):
+        (tmp_path / "mpirun").write_text(f"#!/bin/sh\necho no slots left {redirect}\nexit 1\n")
+        (tmp_path / "mpirun").chmod(0o755)
+        monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+        with pytest.raises(EngineError, match="stopped with code 1 .*no slots left"):
+            run_on_ranks(shared.collapse, ranks=2, log=tmp_path / "log")
