@@ -36,6 +36,9 @@ from .process import (
 )
 
 ASKED, OUTCOME = "asked", "outcome-{}"  # files of the ranks, beside the log
+# Begin the names of what MPI tells its ranks in their environment (mpm/programs/start_ranks.cpp).
+SETTINGS_OF_RANKS = ("OMPI_MCA_ess", "OMPI_MCA_pmix", "OMPI_MCA_orte_")
+TOLD_BY_MPI = ("PMIX_", "ORTE_", "OMPI_COMM_", "OMPI_APP_", *SETTINGS_OF_RANKS)
 
 
 def mpirun(ranks: int) -> list[str]:
@@ -44,6 +47,13 @@ def mpirun(ranks: int) -> list[str]:
         raise unstarted("mpirun", FileNotFoundError())
     words = ["--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1"]
     return ["mpirun", *words, "-np", str(ranks)] + ["--allow-run-as-root"] * (os.geteuid() == 0)
+
+
+def outside_of_mpi() -> dict[str, str]:
+    """The environment without what MPI tells its ranks there: of a program that has loaded it, or
+    is a rank itself, mpirun would ask for a place in that one's world, and end without a word.
+    """
+    return {name: word for name, word in os.environ.items() if not name.startswith(TOLD_BY_MPI)}
 
 
 def refuse_without_mpi(script: bool = False) -> None:
@@ -80,7 +90,7 @@ def run_on_ranks(
     with temporary() as for_mpi, screen.open(
         "w"
     ) as said:  # MPI leaves what it needs if it is killed
-        around = os.environ | {"HOME": home(), "TMPDIR": str(for_mpi)}
+        around = outside_of_mpi() | {"HOME": home(), "TMPDIR": str(for_mpi)}
         engine = children.start(words, stdout=subprocess.PIPE, stderr=said, env=around, text=True)
         try:
             for line in engine.stdout:

@@ -29,7 +29,7 @@ from .grains import Grains
 from .moment import PLAIN_COLUMNS, ROLLING_COLUMNS, fluctuation_energy
 from .output import Result
 from .process import Report, home, last_error, refuse_full_disk, stopped
-from .ranks import mpirun
+from .ranks import mpirun, outside_of_mpi
 from .release import release
 
 PROGRAM = "liggghts"
@@ -117,7 +117,7 @@ def run_script(log: Path, ranks: int, plan: Plan, report: Report) -> None:
     screen = work / "screen"
     with screen.open("w") as out:
         words = [*command(ranks), "-in", "collapse.in", "-log", log.name]
-        around = os.environ | {"HOME": home()}
+        around = outside_of_mpi() | {"HOME": home()}
         engine = children.start(words, cwd=work, env=around, stdout=out, stderr=out)
         try:
             while engine.poll() is None:

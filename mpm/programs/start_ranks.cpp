@@ -1,14 +1,36 @@
 #include "mpm/programs/start_ranks.hpp"
 
+#include <stdlib.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cases/case.hpp"
 
 namespace grainpair {
+namespace {
+
+/// Takes from the environment what MPI tells its ranks there (as in dem_reference/ranks.py): mpirun
+/// would ask for a place in the world of the rank that has called us, and end without a word.
+void leave_world() {
+  constexpr std::string_view told[] = {"PMIX_",         "ORTE_",        "OMPI_COMM_",
+                                       "OMPI_APP_",     "OMPI_MCA_ess", "OMPI_MCA_pmix",
+                                       "OMPI_MCA_orte_"};
+  std::vector<std::string> names;
+  for (char** word = environ; *word; ++word) {
+    const std::string_view name =
+        std::string_view(*word).substr(0, std::string_view(*word).find('='));
+    if (std::ranges::any_of(told, [&](auto start) { return name.starts_with(start); }))
+      names.emplace_back(name);
+  }
+  for (const std::string& name : names) unsetenv(name.c_str());
+}
+
+}  // namespace
 
 int start_ranks(int argc, char** argv, int ranks) {
   const auto program =
@@ -34,6 +56,7 @@ int start_ranks(int argc, char** argv, int ranks) {
   line.reserve(words.size() + 1);
   for (std::string& word : words) line.push_back(word.data());
   line.push_back(nullptr);
+  leave_world();
   execvp(line.front(), line.data());
   throw CaseError(
       "--ranks: mpirun cannot be started (not installed) install the package "

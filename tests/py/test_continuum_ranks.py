@@ -7,7 +7,9 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import time
+from importlib.util import find_spec
 
 import h5py
 import numpy as np
@@ -226,3 +228,19 @@ def test_what_others_have_kept_is_not_gone_on_from(killed, undisturbed, ranks, s
     assert "begins anew: what was kept there is of another run" in done.stderr
     assert len(differences(undisturbed, killed)) > 50
     assert {path.name for path in killed.parent.iterdir()} == {killed.name}
+
+
+IN_A_WORLD = """
+import subprocess, sys
+from mpi4py import MPI  # which tells its children that they are in its world
+sys.exit(subprocess.run(sys.argv[1:]).returncode)
+"""
+
+
+@pytest.mark.skipif(not find_spec("mpi4py"), reason="python3-mpi4py is not installed")
+def test_ranks_start_from_a_program_that_has_loaded_mpi(tmp_path):
+    words = command(tmp_path / "mpm.h5", "--ranks", "2", sets=("time.maximum=0.05",))
+    done = subprocess.run(
+        [sys.executable, "-c", IN_A_WORLD, *words], capture_output=True, text=True, timeout=100
+    )
+    assert (done.returncode, done.stderr) == (0, "")

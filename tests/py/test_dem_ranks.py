@@ -7,6 +7,8 @@ multiplies about tenfold; up to half of the free fall's time that is nothing yet
 import importlib.util
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -17,6 +19,7 @@ import pytest
 
 from cases.case import load
 from cases.errors import CaseError, EngineError
+from cases.programs import ROOT
 from dem_reference import packing, scaling, shared
 from dem_reference.checkpoint import Unfinished
 from dem_reference.collapse import collapse
@@ -258,3 +261,26 @@ def test_what_mpirun_says_is_told(tmp_path, monkeypatch):
         monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
         with pytest.raises(EngineError, match="stopped with code 1 .*no slots left"):
             run_on_ranks(shared.collapse, ranks=2, log=tmp_path / "log")
+
+
+IN_A_WORLD = """
+import subprocess, sys
+from mpi4py import MPI  # which tells its children that they are in its world
+sys.exit(subprocess.run([sys.executable, "-c", sys.argv[1]]).returncode)
+"""
+COUNTING = """
+import importlib
+from pathlib import Path
+from dem_reference.ranks import run_on_ranks
+ranked = importlib.import_module("tests.py.ranked")
+assert run_on_ranks(ranked.counting, 5.0, ranks=3, log=Path({log!r})).result == 8.0
+"""
+
+
+@needs_mpi
+def test_ranks_start_from_a_program_that_has_loaded_mpi(tmp_path):
+    asked = COUNTING.format(log=str(tmp_path / "log"))
+    done = subprocess.run(
+        [sys.executable, "-c", IN_A_WORLD, asked], cwd=ROOT, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
