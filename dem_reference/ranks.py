@@ -37,6 +37,7 @@ from .process import (
 
 ASKED, OUTCOME = "asked", "outcome-{}"  # files of the ranks, beside the log
 # Begin the names of what MPI tells its ranks in their environment (mpm/programs/start_ranks.cpp).
+RANK = "PMIX_RANK"
 SETTINGS_OF_RANKS = ("OMPI_MCA_ess", "OMPI_MCA_pmix", "OMPI_MCA_orte_")
 TOLD_BY_MPI = ("PMIX_", "ORTE_", "OMPI_COMM_", "OMPI_APP_", *SETTINGS_OF_RANKS)
 
@@ -53,6 +54,8 @@ def outside_of_mpi() -> dict[str, str]:
     """The environment without what MPI tells its ranks there: of a program that has loaded it, or
     is a rank itself, mpirun would ask for a place in that one's world, and end without a word.
     """
+    if RANK not in os.environ:  # settings that the user has made stay
+        return dict(os.environ)
     return {name: word for name, word in os.environ.items() if not name.startswith(TOLD_BY_MPI)}
 
 

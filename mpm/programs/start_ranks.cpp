@@ -17,6 +17,7 @@ namespace {
 /// Takes from the environment what MPI tells its ranks there (as in dem_reference/ranks.py): mpirun
 /// would ask for a place in the world of the rank that has called us, and end without a word.
 void leave_world() {
+  if (!getenv("PMIX_RANK")) return;  // settings that the user has made stay
   constexpr std::string_view told[] = {"PMIX_",         "ORTE_",        "OMPI_COMM_",
                                        "OMPI_APP_",     "OMPI_MCA_ess", "OMPI_MCA_pmix",
                                        "OMPI_MCA_orte_"};

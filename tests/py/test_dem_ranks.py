@@ -25,7 +25,7 @@ from dem_reference.checkpoint import Unfinished
 from dem_reference.collapse import collapse
 from dem_reference.grains import Grains
 from dem_reference.process import Interrupted, run_engine
-from dem_reference.ranks import run_on_ranks
+from dem_reference.ranks import outside_of_mpi, run_on_ranks
 from dem_reference.run import main
 from dem_reference.shared import Grid, grid_of
 from killed import PATIENCE, Place
@@ -284,3 +284,11 @@ def test_ranks_start_from_a_program_that_has_loaded_mpi(tmp_path):
         [sys.executable, "-c", IN_A_WORLD, asked], cwd=ROOT, capture_output=True, text=True
     )
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_settings_of_mpi_stay_outside_of_its_worlds(monkeypatch):
+    monkeypatch.setenv("OMPI_MCA_orte_tmpdir_base", "/scratch")
+    monkeypatch.delenv("PMIX_RANK", raising=False)
+    assert outside_of_mpi()["OMPI_MCA_orte_tmpdir_base"] == "/scratch"
+    monkeypatch.setenv("PMIX_RANK", "0")
+    assert not {"OMPI_MCA_orte_tmpdir_base", "PMIX_RANK"} & set(outside_of_mpi())
