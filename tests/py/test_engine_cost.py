@@ -51,4 +51,5 @@ def test_parts_of_the_continuums_processor_time_add_up(tmp_path):
     assert call([program("mpm_run"), ROOT / "cases" / "column_ci", *words]).returncode == 0
     told = open_run(tmp_path / "mpm.h5").attributes
     parts = [told[f"cpu_seconds_{part}"] for part in ("engine", "output", "setup")]
-    assert min(parts) > 0.0 and 0.9 * told["cpu_seconds"] < sum(parts) <= told["cpu_seconds"]
+    whole = told["cpu_seconds"] * (1.0 + 1e-12)  # sums of doubles
+    assert min(parts) > 0.0 and 0.9 * whole < sum(parts) <= whole

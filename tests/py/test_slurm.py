@@ -39,7 +39,7 @@ def test_a_node_that_fails(tmp_path, slurm):
     slurm.lose_node()
     wait_for(lambda: slurm.states()[number] == "PENDING")
     wait_for(lambda: not at_work("stranded.txt"))  # else its end is taken for that of the next
-    slurm.ask("scontrol", "update", f"jobid={number}", "starttime=now")  # Slurm waits two minutes
+    slurm.hurry(number)
     assert call.end() == []
     assert begun(tmp_path / "kept", "stranded") == 2
     *earlier, (_, last) = records(tmp_path / "kept", "stranded")
