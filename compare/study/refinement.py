@@ -11,7 +11,6 @@ import sys
 from itertools import product
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pandas as pd
 
@@ -25,9 +24,11 @@ from cases.scenes import refuse_chute
 from cases.scratch import temporary
 from cases.stages import Stage, run_stages
 from compare.mapping.reductions import wasserstein
+from compare.mapping.runs import Run
 from compare.study import redraw
 from compare.study.figures import at_end, figures
 from compare.study.softening import DISPLACED
+from compare.verdict.findings.thin_temperature import energies
 
 LAWS = {
     "drucker_prager": "dem_mu05",
@@ -50,8 +51,7 @@ def one(scene: Path, law: str, cells: int, seed: int, folder: Path) -> dict:
     """A run of a law: its figures, its fluctuation, and `deposit`, places along x [L0] and
     masses.
     """
-    case = load(scene)
-    size = case["geometry.height"] / cells
+    size = load(scene)["geometry.height"] / cells
     sets = [f"material.law={law}", f"material.card={LAWS[law]}", f"mpm.cell_size={float(size)!r}"]
     sets += [f"mpm.jitter={DISPLACED}", "time.maximum=6", "time.frame_interval=0.25"]
     words = [word for assignment in sets for word in ("--set", assignment)]
@@ -59,9 +59,7 @@ def one(scene: Path, law: str, cells: int, seed: int, folder: Path) -> dict:
     told = [program("mpm_run"), scene, *words, "--seed", seed, "-o", result]
     run_stages([Stage(f"{law}, {cells} cells", told)], quiet=True)
     run = at_end(result)
-    found, end = figures(run), run.clouds[-1]
-    with h5py.File(result) as file:
-        most = fluctuation(file, case["grains.diameter"])
+    found, end, most = figures(run), run.clouds[-1], fluctuation(run)
     return (
         {"law": law, "cells": cells, "seed": seed}
         | {name: found[name] for name in FIGURES}
@@ -70,16 +68,16 @@ def one(scene: Path, law: str, cells: int, seed: int, folder: Path) -> dict:
     )
 
 
-def fluctuation(file: h5py.File, diameter: float) -> np.ndarray:
+def fluctuation(run: Run) -> np.ndarray:
     """The largest fluctuation energy of the frames, (3/2) m T [Ceccato2019, Eq. 11], over the
     potential energy at the start: of all points, and of those higher than a diameter.
     """
     shares = []
-    for frame in file["data"].values():
-        cloud = frame["particles/cloud"]
-        energy = 1.5 * cloud["mass"][()] * cloud["granular_temperature"][()]
-        shares.append((energy.sum(), energy[cloud["position/y"][()] > diameter].sum()))
-    return np.max(shares, axis=0) / file["energy/potential"][0]
+    for frame, cloud in enumerate(run.clouds):
+        energy = 1.5 * energies(run, frame)
+        high = cloud.x[:, 1] > run.case["grains.diameter"]
+        shares.append((energy.sum(), energy[high].sum()))
+    return np.max(shares, axis=0) / run.energy["potential"][0]
 
 
 def distances(rows: list[dict]) -> list[dict]:
