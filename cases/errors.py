@@ -31,6 +31,7 @@ class Warned(StrEnum):
     HALVED = "halved"
     NOISE = "noise"
     LOCKING = "locking"
+    CROWDING = "crowding"
     LOSS = "loss"
     TENSION = "tension"
     END = "end"

@@ -31,7 +31,7 @@ enum class Failure {
 };
 
 /// What spoils a result without ending its run.
-enum class Warning { drift, halved, noise, locking, loss, tension, end, estimated };
+enum class Warning { drift, halved, noise, locking, crowding, loss, tension, end, estimated };
 
 template <class Code>
 struct Coded {
@@ -57,6 +57,7 @@ inline constexpr Coded<Warning> warning_codes[] = {
     {Warning::halved, "halved", "steps were too long, and were shortened during the run"},
     {Warning::noise, "noise", "points move in ways that their cells cannot see"},
     {Warning::locking, "locking", "the pressure differs between the points of a cell"},
+    {Warning::crowding, "crowding", "points claim more volume than there is room for"},
     {Warning::loss, "loss", "the transfer took much of the energy released"},
     {Warning::tension, "tension", "points pull on each other"},
     {Warning::end, "end", "matter came to the end of the floor"},

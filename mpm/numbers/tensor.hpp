@@ -15,6 +15,13 @@
 namespace grainpair {
 
 using Vec3 = Eigen::Vector3d;
+/// With zeros where a plane has no axis.
+template <class V>
+Vec3 padded(const V& a) {
+  Vec3 out = Vec3::Zero();
+  out.head<V::SizeAtCompileTime>() = a;
+  return out;
+}
 using Mat3 = Eigen::Matrix3d;
 using SymTensor = Eigen::Matrix<double, 6, 1>;  // Mandel components
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mpm/grid/cell_means.hpp"
+#include "mpm/points/active_box.hpp"
 #include "mpm/points/kinematics.hpp"
 #include "mpm/points/material.hpp"
 #include "mpm/points/numerics.hpp"
@@ -21,35 +22,6 @@ namespace grainpair {
 struct Strained {
   DeformationOf<Wide> step;
   Wide detached;  // 1 where the point has come to fill its cell, else 0
-};
-
-/// The box of cells that points can reach until the next sorting.
-template <int Dim>
-struct ActiveBox {
-  std::array<int, Dim> begin{}, end{};  // cells
-  std::array<double, Dim> length{};     // of the grid [m]
-  double inverse_h = 0.0;               // [1/m]
-
-  template <class Vec>
-  auto holds(const Vec& x) const {
-    auto inside = x[0] >= 0.0 && x[0] < length[0];
-    for (int d = 1; d < Dim; ++d) inside = inside && x[d] >= 0.0 && x[d] < length[d];
-    return inside;
-  }
-  /// Number of the cell at x.
-  template <class Vec>
-  typename Vec::Scalar cell(const Vec& x) const {
-    typename Vec::Scalar out = 0.0;
-    for (int d = 0; d < Dim; ++d)
-      out = out * static_cast<double>(end[d] - begin[d]) +
-            (trunc(x[d] * inverse_h) - static_cast<double>(begin[d]));
-    return out;
-  }
-  std::size_t cells() const {
-    std::size_t out = 1;
-    for (int d = 0; d < Dim; ++d) out *= static_cast<std::size_t>(end[d] - begin[d]);
-    return out;
-  }
 };
 
 /// What points of a cell share in a step: what they have given of their rates, and what they give
@@ -81,7 +53,8 @@ class MaterialPoints {
   ActiveBox<dim> box;
   std::vector<double> pressure;              // of sigma alone [Pa]
   std::vector<double> collisional_pressure;  // the part of it that collisions make, if any do [Pa]
-  std::vector<double> shared_pressure;       // averaged over nodes [Pa]
+  std::vector<double> crowding;  // volume beyond the room there is, over that; when sorted [-]
+  std::vector<double> shared_pressure;  // averaged over nodes [Pa]
 
   /// `single`: what comes from the grid comes in single precision. Where the run is axisymmetric x
   /// is the radius, and the hoop strain rate v_r/r has a stress that pulls on the radial momentum.
@@ -186,7 +159,6 @@ class MaterialPoints {
           e < loosest_mixed_,
           mixing_rate_ * (e * sum.other_weight - sum.other_value) / (sum.other_weight * (1.0 + e)),
           Wide(0.0));
-      rate += step.mixing;
     }
     const auto gradient = velocity_gradient.load(block);
     Wide around = 0.0;
@@ -202,6 +174,13 @@ class MaterialPoints {
               -r * (L(0, 1) + L(1, 0)),
               -r * (L(1, 2) + L(2, 1)),
               -r * (L(2, 0) + L(0, 2))};
+    if (numerics_.volume_relaxation > 0.0) {
+      const Wide shear_rate = std::numbers::sqrt2 * deviator(step.D).norm();
+      step.mixing +=
+          select(e < loosest_mixed_,
+                 shear_rate / numerics_.volume_relaxation * block.load(crowding), Wide(0.0));
+    }
+    rate += step.mixing;
     step.D = plus_isotropic(step.D, (rate - trace(step.D)) * (1.0 / 3));
     step.spin << 0.5 * (L(2, 1) - L(1, 2)), 0.5 * (L(0, 2) - L(2, 0)), 0.5 * (L(1, 0) - L(0, 1));
     step.dt = dt_;
@@ -259,7 +238,7 @@ class MaterialPoints {
     const Wide m = block.load(points.mass), inverse_density = specific_volume(block),
                v = m * inverse_density;
     const Wide p = trace(sigma) * (1.0 / 3.0);
-    const bool mixes = numerics_.averages_rates();
+    const bool mixes = numerics_.changes_volumes();
     Wide contact = block.load(pressure) + p;  // twice the mean pressure that worked on the mixing
     if constexpr (accounts.fluctuates) {
       contact -= block.load(collisional_pressure) + collisional;

@@ -18,6 +18,7 @@ struct Numerics {
   double velocity_relaxation = 0.0;    // of flip and affine_flip, and ... [s]
   double gradient_relaxation = 0.0;    // ... of the gradient of affine_flip [s]
   double void_ratio_relaxation = 0.0;  // within cells; 0: none [s]
+  double volume_relaxation = 0.0;      // shear strain, to the room there is; 0: none [-]
   int xpic_order = 2;
   StressUpdate stress_update = StressUpdate::last;
   VolumetricAveraging averaging = VolumetricAveraging::cell;
@@ -28,6 +29,8 @@ struct Numerics {
   bool averages_rates() const {
     return averaging == VolumetricAveraging::cell || void_ratio_relaxation > 0.0;
   }
+  /// Whether points change their volume beside what they are strained.
+  bool changes_volumes() const { return averages_rates() || volume_relaxation > 0.0; }
   /// Whether the internal force takes the mean pressure of a point's cell.
   bool averages_pressures() const { return averaging == VolumetricAveraging::cell; }
 };

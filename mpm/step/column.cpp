@@ -88,6 +88,7 @@ SolverSetup<dim> setup_of(const Case& scene, const Numerics& numerics) {
                           ? Wall{Contact::fixed}
                           : Wall{Contact::coulomb, scene.number("walls.base_friction")};
   setup.axisymmetric = scene.word("geometry.dimension") == "axisymmetric";
+  if (scene.word("geometry.dimension") == "plane_strain") setup.thickness = W;
   if (scene.word("walls.gate") == "lifted")
     setup.gate = {L, scene.number("walls.gate_speed"), true};
   if (scene.silo()) {

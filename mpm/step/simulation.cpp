@@ -31,6 +31,7 @@ Numerics numerics_of(const Case& scene) {
       .velocity_relaxation = scene.number("mpm.velocity_relaxation") * fall,
       .gradient_relaxation = scene.number("mpm.gradient_relaxation") * fall,
       .void_ratio_relaxation = scene.number("mpm.void_ratio_relaxation") * crossing,
+      .volume_relaxation = scene.number("mpm.volume_relaxation"),
       .xpic_order = static_cast<int>(scene.integer("mpm.xpic_order")),
       .stress_update =
           choice<StressUpdate>(scene.word("mpm.stress_update"), {{"first", StressUpdate::first},

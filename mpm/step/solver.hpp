@@ -16,6 +16,7 @@
 
 #include "mpm/grid/walls.hpp"
 #include "mpm/points/body.hpp"
+#include "mpm/step/node_room.hpp"
 #include "mpm/step/period.hpp"
 #include "mpm/step/ranks.hpp"
 #include "mpm/step/simulation.hpp"
@@ -38,6 +39,7 @@ struct SolverSetup {
   Period period = {};  // along x; cells[0] are then all its cells
   Shelf shelf = {};    // bottom of a silo
   const Ranks* ranks = &alone();
+  double thickness = 1.0;  // of plane strain [m]
 };
 
 /// The stages are in solver_*.cpp, the two sweeps between points and nodes in the kernel.
@@ -95,7 +97,7 @@ class Solver final : public Simulation {
   double solid_density() const override { return setup_.solid_density; }
   bool tells_energies() const override { return body_->tells_energies(); }
   Vec3 position(std::size_t p) const override {
-    Vec3 x = padded(points_.x[p]);
+    Vec3 x = padded(Vec(points_.x[p]));
     if (setup_.period) {
       const double length = setup_.period.cells * setup_.numerics.h;
       x[0] -= origin();
@@ -103,7 +105,7 @@ class Solver final : public Simulation {
     }
     return x;
   }
-  Vec3 velocity(std::size_t p) const override { return padded(points_.v[p]); }
+  Vec3 velocity(std::size_t p) const override { return padded(Vec(points_.v[p])); }
   double pressure_correction(std::size_t p) const override {
     return material_.pressure_correction(Scattered::one(p),
                                          trace(SymTensor(points_.sigma[p])) / 3.0, pressures_)[0];
@@ -240,6 +242,7 @@ class Solver final : public Simulation {
 
   // solver_fields.cpp
   void conduct(double dt);
+  void find_crowding();
   void share_pressure();
   void average_over_nodes(std::vector<double>& field);
 
@@ -253,11 +256,6 @@ class Solver final : public Simulation {
   std::pair<std::size_t, std::size_t> unbound(const std::array<int, dim>& first,
                                               std::size_t count) const;
   Vec constrained(Vec v, const std::array<int, dim>& node, double time) const;
-  static Vec3 padded(const Vec& a) {
-    Vec3 out = Vec3::Zero();
-    out.template head<dim>() = a;
-    return out;
-  }
   /// f(strip) over all strips, colour by colour; those that run at the same time share no node and
   /// no cell. A strip waits for those of its neighbours that come before it, not for a whole
   /// colour: a cube has four or five strips of one, which two threads cannot halve.
@@ -367,9 +365,10 @@ class Solver final : public Simulation {
   Window<FloatNode<dim>>& velocities_ = exchange_.velocities;
   int strip_width_;  // cells
   std::unique_ptr<Body> body_;
-  GivenCells pressures_;                         // of the points as they are
-  ClearingCells spent_rates_, spent_pressures_;  // of the step before
-  std::vector<double> scratch_;                  // of conduction: conductivity times volume [J s]
+  GivenCells pressures_;                          // of the points as they are
+  ClearingCells spent_rates_, spent_pressures_;   // of the step before
+  std::array<std::vector<NodeRoom>, dim> rooms_;  // of nodes, by axis
+  std::vector<double> scratch_;                   // of conduction: conductivity times volume [J s]
   std::vector<int> tops_;  // by slice of nodes: the end of those along y that points can reach
   std::vector<Strip> strips_;
   std::vector<Milestone> done_;  // the last sweep that has done with a strip

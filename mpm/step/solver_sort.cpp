@@ -30,6 +30,9 @@ Solver<D>::Solver(const SolverSetup<dim>& setup, std::unique_ptr<TransferKernel<
     points_.affine.keep_single();
     velocities_.show(0, grid_.nodes.size());
   }
+  for (int d = 0; d < dim; ++d)
+    if (setup.numerics.volume_relaxation > 0.0)
+      rooms_[d] = rooms_along(d, setup.axisymmetric && d == 0, *kernel_, grid_);
   material_.agree([&](double own) { return ranks().largest(own); });
   initialise(initial);
   sort_points();
@@ -128,6 +131,7 @@ void Solver<D>::sort_points() {
   reorder(order, {[&] { body_->reorder(order.from); }});
   material_.find_cells();
   give_pressures_anew();
+  if (setup_.numerics.volume_relaxation > 0.0) find_crowding();
   drift_ = 0.0;
 }
 
@@ -262,6 +266,7 @@ void Solver<D>::archive(Archive& to) {
   material_.archive(to);
   body_->archive(to);
   pressures_.archive("pressures", to);
+  to.list("crowding", material_.crowding);
   to.structs<std::size_t>("strips", strips_), to.list("tops", tops_);
   to.number("fastest_rate", fastest_.rate), to.number("fastest_point", fastest_.point);
   auto limit = static_cast<std::int32_t>(fastest_.limit);

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <unordered_map>
 
 #include "cases/failure.hpp"
@@ -19,17 +21,19 @@ constexpr int most_halvings = 3;     // what an eighth of the step does not cure
 constexpr double most_speed = 3.0;   // sqrt(2 g H): nine times the energy a fall can give a point
 constexpr double most_noise = 0.02;  // of the kinetic energy, while there is some
 constexpr double most_roughness = 0.5;   // rms deviation over that of the cells' means
+constexpr double most_crowding = 0.1;    // of the volume: as much of a layer's height
 constexpr double most_loss = 1.0 / 3.0;  // of the energy released
 constexpr double most_tension = 0.01;    // of rho_s g H
 constexpr double most_end = 1e-3;        // of the mass: no run-out is told by so little
 constexpr double early = 1.0;            // sqrt(H/g): later, the flow is thinner than its cells
 
 struct CellSums {
-  double mass = 0.0, pressure = 0.0;
+  double mass = 0.0, volume = 0.0, pressure = 0.0;
   Vec3 velocity = Vec3::Zero(), place = Vec3::Zero();
   std::vector<std::uint32_t> members;
 };
-using Cells = std::unordered_map<long, CellSums>;
+using Cells = std::unordered_map<long, CellSums>;  // cells of a row follow each other
+constexpr long row = 65536;
 
 /// Motion and pressures within the cells, summed over them [J], [kg Pa2].
 struct WithinCells {
@@ -40,11 +44,13 @@ struct WithinCells {
 struct SumsOfPoints {
   double kinetic = 0.0, mass = 0.0, at_end = 0.0;
   WithinCells within;
+  double claimed = 0.0, crowded = 0.0;  // volume, and what of it has no room [m3]
 
   SumsOfPoints& operator+=(const SumsOfPoints& more) {
     kinetic += more.kinetic, mass += more.mass, at_end += more.at_end;
     within.residual += more.within.residual, within.moving += more.within.moving;
     within.deviation += more.within.deviation, within.means += more.within.means;
+    claimed += more.claimed, crowded += more.crowded;
     return *this;
   }
 };
@@ -61,9 +67,10 @@ Cells cells_of(const Simulation& simulation, const P& points, double size) {
     const Vec3 x = simulation.position(p);
     const double m = points.mass[p];
     long key = 0;
-    for (int d = 0; d < P::dimension; ++d) key = key * 65536 + static_cast<long>(x[d] / size);
+    for (int d = 0; d < P::dimension; ++d) key = key * row + static_cast<long>(x[d] / size);
     CellSums& cell = cells[key];
     cell.mass += m;
+    cell.volume += m * (1.0 + points.void_ratio[p]) / simulation.solid_density();
     cell.pressure += m * (own_pressure(points, p) + simulation.pressure_correction(p));
     cell.velocity += m * simulation.velocity(p), cell.place += m * x;
     cell.members.push_back(static_cast<std::uint32_t>(p));
@@ -97,6 +104,17 @@ void look_into(const Simulation& simulation, const P& points, const CellSums& ce
   }
 }
 
+/// Whether all cells around one hold points, too.
+template <int Dim>
+bool surrounded(const Cells& cells, long key) {
+  constexpr std::array<long, 3> along{1, row, row * row};
+  std::vector<long> around{key};
+  for (std::size_t d = 0; d < Dim; ++d)
+    for (std::size_t i = 0, count = around.size(); i < count; ++i)
+      around.push_back(around[i] - along[d]), around.push_back(around[i] + along[d]);
+  return std::ranges::all_of(around, [&](long one) { return cells.contains(one); });
+}
+
 std::string what_is_not_finite(const Simulation& simulation) {
   std::string what = "an energy";
   simulation.visit_points([&](const auto& points) {
@@ -124,6 +142,8 @@ Watch::Watch(const Simulation& simulation, const Column& column, double cell)
       pressure_(simulation.solid_density() * column.gravity * column.height),
       cell_(cell),
       last_cell_(column.floor_length - cell),
+      depth_(column.axisymmetric ? 2.0 * std::numbers::pi : column.thickness),
+      axisymmetric_(column.axisymmetric),
       estimated_(!simulation.tells_energies()) {
   simulation.visit_points([&](const auto& points) {
     for (const std::size_t p : points.occupied()) mass_ += points.mass[p];
@@ -175,13 +195,21 @@ void Watch::points(const Simulation& simulation) {
       sums.mass += points.mass[p], sums.at_end += x[0] > last_cell_ ? points.mass[p] : 0.0;
     }
     ranks.refuse(failed);
-    for (const auto& [key, cell] : cells_of(simulation, points, cell_))
+    const Cells cells = cells_of(simulation, points, cell_);
+    constexpr int dim = std::decay_t<decltype(points)>::dimension;
+    for (const auto& [key, cell] : cells) {
       look_into(simulation, points, cell, cell_, sums.within);
+      sums.claimed += cell.volume;
+      if (!surrounded<dim>(cells, key)) continue;  // what room it has nobody knows
+      const double radius = cell_ * (static_cast<double>(key / row) + 0.5);
+      sums.crowded += cell.volume - std::pow(cell_, dim) * depth_ * (axisymmetric_ ? radius : 1.0);
+    }
   });
   ranks.sum(std::span(&sums, 1));
   tension_ = ranks.largest(tension_);
   const WithinCells& within = sums.within;
   at_end_ = std::max(at_end_, sums.at_end / sums.mass);
+  crowding_ = std::max(crowding_, sums.crowded / sums.claimed);
   peak_ = std::max(peak_, sums.kinetic);
   if (sums.kinetic > 0.1 * peak_ && within.moving > 0.1 * sums.kinetic)
     noise_ = std::max(noise_, within.residual / within.moving);
@@ -193,6 +221,7 @@ void Watch::archive(Archive& to) {
   to.number("watch/created", created_), to.number("watch/peak", peak_),
       to.number("watch/noise", noise_);
   to.number("watch/roughness", roughness_), to.number("watch/rough_looks", rough_looks_);
+  to.number("watch/crowding", crowding_);
   to.number("watch/tension", tension_), to.number("watch/at_end", at_end_);
   to.number("watch/halvings", halvings_), to.number("watch/first_halved", first_halved_);
 }
@@ -226,6 +255,11 @@ std::vector<std::string> Watch::warnings(const EnergyLedger& begin, const Energy
         "the pressure of points differs within their cells by {:.1f} times its mean, early in "
         "the run (use mpm.volumetric_averaging)",
         roughness_ / rough_looks_);
+  if (crowding_ > most_crowding)
+    say(Warning::crowding,
+        "for {:.0f} % of the volume that points claim there is no room (set mpm.volume_relaxation "
+        "to 1)",
+        100.0 * crowding_);
   if (released > 0.0 && end.transfer > most_loss * released)
     say(Warning::loss,
         "the transfer between points and grid took {:.0f} % of the energy released "

@@ -141,6 +141,12 @@ INSTANTIATE_TEST_SUITE_P(
                 "mpm.shape=cubic_bspline", "material.conduction=true"},
                2,
                0.15},
+        Shared{"crowd",
+               "chute_ci",
+               {"mpm.cell_size=0.0005", "initial.velocity=1", "mpm.jitter=0.3",
+                "mpm.volume_relaxation=1"},
+               3,
+               0.5},
         Shared{
             "slope",
             "chute_ci",

@@ -96,6 +96,24 @@ TEST(Watch, WarnsOfTensionAndOfPressureThatDiffersWithinCells) {
   EXPECT_THAT(warnings[1], HasSubstr("tension: "));
 }
 
+/// Of 8 x 8 cells that claim `more` than they have, 6 x 6 are surrounded by others.
+std::vector<std::string> warnings_of_crowding(double more) {
+  Watched block([](const auto&) { return Eigen::Vector2d(0.0, 0.0); });
+  auto& points = block.solver->points();
+  for (const std::size_t p : points.occupied())
+    points.void_ratio[p] = (1.0 + void_ratio) * (1.0 + more) - 1.0;
+  block.watch.points(*block.solver);
+  return block.watch.warnings(block.solver->ledger(), block.solver->ledger());
+}
+
+TEST(Watch, WarnsOfVolumeThatHasNoRoom) {
+  const double inner = 36.0 / 64.0, bound = 0.1 / (inner - 0.1);  // more/(1 + more) inner = 0.1
+  EXPECT_TRUE(warnings_of_crowding(0.99 * bound).empty());
+  const auto warnings = warnings_of_crowding(1.01 * bound);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings[0], HasSubstr("crowding: for 10 % of the volume"));
+}
+
 // Collisions resist expansion: lam tr D may exceed p_c. That is their law, not a cone left behind.
 TEST(Watch, LetsCollisionsPull) {
   Cuboid<PlaneStrain> block{.box = {20, 20}, .low = {4, 4}, .high = {12, 12}};

@@ -32,6 +32,7 @@ SCENES = {
     "sharpened": ("mpm.transfer=xpic", "mpm.shape=gimp", "mpm.jitter=0.2"),
     "space": ("geometry.dimension=three_dimensional", "mpm.cell_size=0.002", "time.maximum=0.8"),
     "a cylinder": (ROOT / "cases" / "cylinder", "mpm.cell_size=0.002", "time.maximum=0.8"),
+    "volumes that follow the room": ("mpm.volume_relaxation=1", "mpm.jitter=0.2"),
     "a lifted gate": ("walls.gate=lifted", "walls.gate_speed=0.5"),
 }
 
