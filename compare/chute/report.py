@@ -149,8 +149,8 @@ def findings(found: list[Side]) -> list[dict]:
                     "sentence": f"{flow.name}: the points hold {flow.figures['crowding']:+.0%} "
                     "more solid than their own void ratios tell: they have left their "
                     "rows, and what they carry is no state of the law.",
-                    "advice": "Set mpm.transfer to apic and mpm.precision to double, or a shorter "
-                    "time.maximum.",
+                    "advice": "Set mpm.volume_relaxation to 1, and volumes follow the room; with "
+                    "mpm.transfer apic and mpm.precision double, rows stay in order for longer.",
                 }
             )
         if flow.state in ("speeds up", "slows down"):

@@ -9,7 +9,7 @@ BOUNDS = {
     "drift": (0.05, "of the energy held at release"),
     "noise": (0.02, "of the kinetic energy"),
     "locking": (0.5, "of the pressure's mean"),
-    "crowding": (0.1, "of the room there is"),
+    "crowding": (0.1, "of the volume that points claim"),
     "loss": (1.0 / 3.0, "of the energy released"),
     "tension": (0.01, "of the column's pressure"),
     "end": (1e-3, "of the mass"),
