@@ -78,14 +78,10 @@ TimeStep step_towards(Simulation& simulation, double end, double share) {
 }
 
 Watch watch_over(const Simulation& simulation, const Case& scene) {
-  const std::string& dimension = scene.word("geometry.dimension");
   return {simulation,
-          {.height = scene.number("geometry.height"),
-           .gravity = scene.number("geometry.gravity"),
-           .floor_length = scene.chute() ? std::numeric_limits<double>::infinity()
-                                         : scene.number("geometry.floor_length"),
-           .thickness = dimension == "plane_strain" ? scene.number("geometry.thickness") : 1.0,
-           .axisymmetric = dimension == "axisymmetric"},
+          {scene.number("geometry.height"), scene.number("geometry.gravity"),
+           scene.chute() ? std::numeric_limits<double>::infinity()
+                         : scene.number("geometry.floor_length")},
           scene.number("mpm.cell_size")};
 }
 

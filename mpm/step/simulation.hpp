@@ -35,6 +35,8 @@ class Simulation {
   /// Points of the fullest rank over the mean, of all steps so far.
   virtual double imbalance() const { return 1.0; }
   virtual double solid_density() const = 0;  // [kg/m3]
+  /// Across the plane at x, of plane strain or all the way round; of space 1 [m], [-].
+  virtual double depth(double x) const = 0;
   /// Whether elastic and plastic energy are figures of the law's own.
   virtual bool tells_energies() const { return true; }
   /// Position and velocity of the point at place p, with zeros for the axes the grid lacks.

@@ -95,6 +95,7 @@ class Solver final : public Simulation {
   const Ranks& ranks() const override { return *setup_.ranks; }
   double imbalance() const override { return ranks().many() ? unequal_ / agreed_ : 1.0; }
   double solid_density() const override { return setup_.solid_density; }
+  double depth(double x) const override;
   bool tells_energies() const override { return body_->tells_energies(); }
   Vec3 position(std::size_t p) const override {
     Vec3 x = padded(Vec(points_.x[p]));

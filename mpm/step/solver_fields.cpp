@@ -1,6 +1,7 @@
 // Fields that points share over the nodes beside their motion: granular temperature, room, and
 // averages.
 #include <algorithm>
+#include <numbers>
 
 #include "mpm/step/solver.hpp"
 
@@ -70,6 +71,11 @@ void Solver<D>::conduct(double dt) {
     ledger_.conduction -= gained;
     ledger_.conducted += conducted;
   }
+}
+
+template <int D>
+double Solver<D>::depth(double x) const {
+  return setup_.axisymmetric ? 2.0 * std::numbers::pi * x : setup_.thickness;
 }
 
 /// That is put right at a time; a front that strikes the ground has more for a moment.

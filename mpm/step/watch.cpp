@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <unordered_map>
 
 #include "cases/failure.hpp"
@@ -104,15 +103,15 @@ void look_into(const Simulation& simulation, const P& points, const CellSums& ce
   }
 }
 
-/// Whether all cells around one hold points, too.
+/// From a cell to those around it, and to itself.
 template <int Dim>
-bool surrounded(const Cells& cells, long key) {
-  constexpr std::array<long, 3> along{1, row, row * row};
-  std::vector<long> around{key};
-  for (std::size_t d = 0; d < Dim; ++d)
-    for (std::size_t i = 0, count = around.size(); i < count; ++i)
-      around.push_back(around[i] - along[d]), around.push_back(around[i] + along[d]);
-  return std::ranges::all_of(around, [&](long one) { return cells.contains(one); });
+std::vector<long> steps_around() {
+  std::vector<long> out{0};
+  long along = 1;
+  for (int d = 0; d < Dim; ++d, along *= row)
+    for (std::size_t i = 0, count = out.size(); i < count; ++i)
+      out.push_back(out[i] - along), out.push_back(out[i] + along);
+  return out;
 }
 
 std::string what_is_not_finite(const Simulation& simulation) {
@@ -142,8 +141,6 @@ Watch::Watch(const Simulation& simulation, const Column& column, double cell)
       pressure_(simulation.solid_density() * column.gravity * column.height),
       cell_(cell),
       last_cell_(column.floor_length - cell),
-      depth_(column.axisymmetric ? 2.0 * std::numbers::pi : column.thickness),
-      axisymmetric_(column.axisymmetric),
       estimated_(!simulation.tells_energies()) {
   simulation.visit_points([&](const auto& points) {
     for (const std::size_t p : points.occupied()) mass_ += points.mass[p];
@@ -197,12 +194,16 @@ void Watch::points(const Simulation& simulation) {
     ranks.refuse(failed);
     const Cells cells = cells_of(simulation, points, cell_);
     constexpr int dim = std::decay_t<decltype(points)>::dimension;
+    constexpr long widest = dim == 2 ? row : row * row;  // from one x to the next
+    const std::vector<long> around = steps_around<dim>();
     for (const auto& [key, cell] : cells) {
       look_into(simulation, points, cell, cell_, sums.within);
       sums.claimed += cell.volume;
-      if (!surrounded<dim>(cells, key)) continue;  // what room it has nobody knows
-      const double radius = cell_ * (static_cast<double>(key / row) + 0.5);
-      sums.crowded += cell.volume - std::pow(cell_, dim) * depth_ * (axisymmetric_ ? radius : 1.0);
+      const bool inner =
+          std::ranges::all_of(around, [&, at = key](long to) { return cells.contains(at + to); });
+      if (!inner) continue;  // what room it has nobody knows
+      const double x = cell_ * (static_cast<double>(key / widest) + 0.5);
+      sums.crowded += cell.volume - std::pow(cell_, dim) * simulation.depth(x);
     }
   });
   ranks.sum(std::span(&sums, 1));

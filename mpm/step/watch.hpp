@@ -17,8 +17,6 @@ class Watch {
   /// The scene's measures [m], [m/s2].
   struct Column {
     double height, gravity, floor_length;
-    double thickness = 1.0;     // of plane strain [m]
-    bool axisymmetric = false;  // x is the radius
   };
   /// `cell` [m]: points of one cell are compared with one another.
   Watch(const Simulation& simulation, const Column& column, double cell);
@@ -49,8 +47,6 @@ class Watch {
   double offered(const EnergyLedger& now) const { return held_ + slope_ - now.slope; }
 
   double held_, slope_, mass_ = 0.0, fall_, tau_, pressure_, cell_, last_cell_;
-  double depth_;  // of a cell across the plane; axisymmetric, per radius [m], [-]
-  bool axisymmetric_;
   double created_ = 0.0, peak_ = 0.0;
   double noise_ = 0.0, roughness_ = 0.0, crowding_ = 0.0, tension_ = 0.0, at_end_ = 0.0;
   long rough_looks_ = 0;
