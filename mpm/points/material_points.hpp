@@ -47,14 +47,12 @@ class MaterialPoints {
   ExchangedArrays<MatOf> velocity_gradient;  // [1/s]
   ExchangedArrays<VecOf> grid_velocity;      // at the points, which move with it [m/s]
   std::vector<double> hoop;                  // v_r/r, where the run is axisymmetric [1/s]
-  std::vector<double>
-      volumetric_rate;  // averaged over nodes, or not at all; compression positive [1/s]
+  std::vector<double> volumetric_rate;       // unless cells have one; compression positive [1/s]
   // what points of a cell share
   ActiveBox<dim> box;
   std::vector<double> pressure;              // of sigma alone [Pa]
   std::vector<double> collisional_pressure;  // the part of it that collisions make, if any do [Pa]
   std::vector<double> crowding;  // volume beyond the room there is, over that; when sorted [-]
-  std::vector<double> shared_pressure;  // averaged over nodes [Pa]
 
   /// `single`: what comes from the grid comes in single precision. Where the run is axisymmetric x
   /// is the radius, and the hoop strain rate v_r/r has a stress that pulls on the radial momentum.
@@ -66,7 +64,6 @@ class MaterialPoints {
         hoop(axisymmetric ? points.size() : 0),
         volumetric_rate(points.size()),
         pressure(points.size()),
-        shared_pressure(numerics.averaging == VolumetricAveraging::nodal ? points.size() : 0),
         numerics_(numerics),
         axisymmetric_(axisymmetric),
         specific_volume_(1.0 / density),
@@ -84,7 +81,7 @@ class MaterialPoints {
   /// what does not needs its room (`resize_of_step`).
   void reorder(const Order& order, Tasks& tasks) {
     points.reorder(order, tasks);
-    for (auto* field : {&pressure, &collisional_pressure, &shared_pressure})
+    for (auto* field : {&pressure, &collisional_pressure})
       if (!field->empty()) tasks.push_back([field, &order] { reorder_field(*field, order); });
   }
 
@@ -98,7 +95,6 @@ class MaterialPoints {
   void archive(Archive& to) {
     points.archive(to);
     to.list("pressure", pressure), to.list("collisional_pressure", collisional_pressure);
-    to.list("shared_pressure", shared_pressure);
     to.structure<int>("box_begin", box.begin), to.structure<int>("box_end", box.end);
     resize_of_step();
   }
@@ -245,7 +241,7 @@ class MaterialPoints {
       block.store(collisional, collisional_pressure);
     }
     if (mixes) sums.mixing += (0.5 * dt_) * (v * (contact * mixing));
-    if (mixes || numerics_.averaging != VolumetricAveraging::none) block.store(p, pressure);
+    if (mixes) block.store(p, pressure);
     sums.energies.stored += m * law.energies.stored;
     sums.energies.plastic += m * law.energies.plastic;
     if constexpr (accounts.fluctuates) {
@@ -313,14 +309,7 @@ class MaterialPoints {
   /// What averaging adds to a point's own pressure [Pa].
   template <class B>
   Wide pressure_correction(const B& block, const Wide& own, const GivenCells& pressures) const {
-    switch (numerics_.averaging) {
-      case VolumetricAveraging::none:
-        return 0.0;
-      case VolumetricAveraging::nodal:
-        return block.load(shared_pressure) - own;
-      case VolumetricAveraging::cell:
-        break;
-    }
+    if (!numerics_.averages_pressures()) return 0.0;
     const auto sum = pressures.take(cell(block));
     return sum.value / sum.weight - own;
   }

@@ -9,7 +9,7 @@
 namespace grainpair {
 
 enum class StressUpdate { first, last, musl };
-enum class VolumetricAveraging { none, cell, nodal };
+enum class VolumetricAveraging { by_law, none, cell };
 enum class Limit { none = 0, elastic = 1, critical_state = 2, viscous = 3 };
 
 struct Numerics {

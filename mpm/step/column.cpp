@@ -188,14 +188,23 @@ std::unique_ptr<TransferKernel<dim>> kernel_of(const Case& scene, const SolverSe
   return make(setup.cells, setup.numerics.h, setup.point_size);
 }
 
+/// A law that keeps its volume as it flows locks where each point has to, and averages; with a
+/// granular temperature the volume follows the pressure, and an average only blurs what grains do
+/// within a cell.
+VolumetricAveraging averaging_for(const Body& body) {
+  return body.fluctuates() ? VolumetricAveraging::none : VolumetricAveraging::cell;
+}
+
 template <int dim>
-std::unique_ptr<Simulation> column(const Case& scene, const SolverSetup<dim>& setup,
+std::unique_ptr<Simulation> column(const Case& scene, SolverSetup<dim> setup,
                                    const Lattice& lattice, const Start& start) {
   std::vector<InitialState> initial;
   auto points = points_of<dim>(scene, lattice, start, setup.axisymmetric, initial, *setup.ranks);
+  auto body = material_registry().at(scene.word("material.law"))(scene);
+  auto& averaging = setup.numerics.averaging;
+  if (averaging == VolumetricAveraging::by_law) averaging = averaging_for(*body);
   return std::make_unique<Solver<dim>>(setup, kernel_of<dim>(scene, setup), std::move(points),
-                                       material_registry().at(scene.word("material.law"))(scene),
-                                       initial);
+                                       std::move(body), initial);
 }
 
 }  // namespace

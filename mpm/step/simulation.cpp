@@ -38,9 +38,9 @@ Numerics numerics_of(const Case& scene) {
                                                                  {"last", StressUpdate::last},
                                                                  {"musl", StressUpdate::musl}}),
       .averaging = choice<VolumetricAveraging>(scene.word("mpm.volumetric_averaging"),
-                                               {{"none", VolumetricAveraging::none},
-                                                {"cell", VolumetricAveraging::cell},
-                                                {"nodal", VolumetricAveraging::nodal}}),
+                                               {{"by law", VolumetricAveraging::by_law},
+                                                {"none", VolumetricAveraging::none},
+                                                {"cell", VolumetricAveraging::cell}}),
       .conduction = scene.flag("material.conduction"),
       .time_step_fraction = scene.number("mpm.time_step_fraction"),
   };

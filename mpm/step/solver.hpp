@@ -61,7 +61,6 @@ class Solver final : public Simulation {
     if (when == StressUpdate::first) {  // strain and law, from the velocity the step begins with
       MovingGrid before = constrain(scatter_momenta(clear_grid()));
       update_points(gather_gradient(std::move(before)), dt, Moves::no);
-      share_pressure();
     }
     MovingGrid grid = accelerate(scatter(clear_grid()), dt);  // balance [Ceccato2019, Eq. 2]
     if (setup_.numerics.transfer == TransferScheme::xpic) sharpen_velocity(grid);
@@ -78,7 +77,6 @@ class Solver final : public Simulation {
       update_points(gather_gradient(std::move(after)), dt, Moves::yes);
     }
     if (setup_.numerics.conduction) conduct(dt);
-    share_pressure();
     agree();
   }
   void step(double dt, StageTimes& times) override {
@@ -244,8 +242,6 @@ class Solver final : public Simulation {
   // solver_fields.cpp
   void conduct(double dt);
   void find_crowding();
-  void share_pressure();
-  void average_over_nodes(std::vector<double>& field);
 
   /// A node's velocity and its increment: once for every node, not for every point that takes them,
   /// and from registers. What has just been stored by twos cannot be loaded by fours at once.

@@ -1,5 +1,4 @@
-// Fields that points share over the nodes beside their motion: granular temperature, room, and
-// averages.
+// What points share over the nodes beside their motion: granular temperature, and room.
 #include <algorithm>
 #include <numbers>
 
@@ -125,37 +124,6 @@ void Solver<D>::find_crowding() {
     double sum = 0.0;
     for_each_weight(p, [&](const Node<dim>& node, double w) { sum += w * node.change[0]; });
     material_.crowding[p] = sum;
-  });
-}
-
-/// Pressures averaged over nodes; cell means need nothing but what points have given.
-template <int D>
-void Solver<D>::share_pressure() {
-  if (setup_.numerics.averaging != VolumetricAveraging::nodal) return;
-  material_.shared_pressure = material_.pressure;
-  average_over_nodes(material_.shared_pressure);
-}
-
-/// Points to nodes and back, volume-weighted: avg_p = sum_i w_ip (sum_q w_iq V_q a_q)/(sum_q w_iq
-/// V_q).
-template <int D>
-void Solver<D>::average_over_nodes(std::vector<double>& field) {
-  // `change` is free between stages: its first number holds the weight, its second the value
-  for_each_node([](Node<dim>& node, const auto&) { node.change.setZero(); });
-  for_each_point([&](std::size_t p) {
-    const double v = material_.volume(p);
-    for_each_weight(p, [&](Node<dim>& node, double w) {
-      node.change[0] += w * v;
-      node.change[1] += w * v * field[p];
-    });
-  });
-  fold(Folded::changes);
-  for_each_place([&](std::size_t p) {  // fillers, too: they stay what they repeat
-    double mean = 0.0;
-    for_each_weight(p, [&](const Node<dim>& node, double w) {
-      if (node.change[0] > 0.0) mean += w * node.change[1] / node.change[0];
-    });
-    field[p] = mean;
   });
 }
 

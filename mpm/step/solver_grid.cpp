@@ -167,8 +167,6 @@ template <int D>
 auto Solver<D>::gathered(MovingGrid grid, Gathered what, double dt) -> StrainedPoints {
   sweep_nodes(grid.cells.rates, what, dt);
   fold(grid.cells.rates);
-  if (setup_.numerics.averaging == VolumetricAveraging::nodal)
-    average_over_nodes(material_.volumetric_rate);
   return {GivenCells(std::move(grid.cells.rates)), std::move(grid.cells.pressures)};
 }
 

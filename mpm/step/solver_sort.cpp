@@ -40,7 +40,6 @@ Solver<D>::Solver(const SolverSetup<dim>& setup, std::unique_ptr<TransferKernel<
   first_limit_ =
       stable_step().dt / setup_.numerics.time_step_fraction;  // before there is a speed to bound it
   measure_held_energy();
-  share_pressure();
   agree();
 }
 
