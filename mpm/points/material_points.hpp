@@ -170,12 +170,7 @@ class MaterialPoints {
               -r * (L(0, 1) + L(1, 0)),
               -r * (L(1, 2) + L(2, 1)),
               -r * (L(2, 0) + L(0, 2))};
-    if (numerics_.volume_relaxation > 0.0) {
-      const Wide shear_rate = std::numbers::sqrt2 * deviator(step.D).norm();
-      step.mixing +=
-          select(e < loosest_mixed_,
-                 shear_rate / numerics_.volume_relaxation * block.load(crowding), Wide(0.0));
-    }
+    if (numerics_.volume_relaxation > 0.0) step.mixing += give_way(block, step.D, e);
     rate += step.mixing;
     step.D = plus_isotropic(step.D, (rate - trace(step.D)) * (1.0 / 3));
     step.spin << 0.5 * (L(2, 1) - L(1, 2)), 0.5 * (L(0, 2) - L(2, 0)), 0.5 * (L(1, 0) - L(0, 1));
@@ -195,6 +190,18 @@ class MaterialPoints {
         block.load(points.deviatoric_strain) + dt_ * std::sqrt(2.0 / 3.0) * deviator(step.D).norm(),
         points.deviatoric_strain);
     return out;
+  }
+
+  /// Rate at which a point gives up the volume that it has no room for, compression positive [1/s]:
+  ///   d crowding = -crowding d gamma/volume_relaxation,  gamma: shear strain.
+  /// What it has given up it does not give up again before volumes are counted anew.
+  Wide give_way(const Block& block, const WideTensor& D, const Wide& e) {
+    const Wide has = block.load(crowding);
+    const Wide strain =
+        dt_ * std::numbers::sqrt2 / numerics_.volume_relaxation * deviator(D).norm();
+    const Wide gives = select(e < loosest_mixed_, has * strain / (1.0 + strain), Wide(0.0));
+    block.store(has - gives, crowding);
+    return gives / dt_;
   }
 
   /// A point that has come to fill its cell sees no neighbours to keep det F from growing, and its

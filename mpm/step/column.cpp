@@ -188,11 +188,11 @@ std::unique_ptr<TransferKernel<dim>> kernel_of(const Case& scene, const SolverSe
   return make(setup.cells, setup.numerics.h, setup.point_size);
 }
 
-/// A law that keeps its volume as it flows locks where each point has to, and averages; with a
-/// granular temperature the volume follows the pressure, and an average only blurs what grains do
-/// within a cell.
+/// What resists slow and fast flow alike fails in bands as narrow as the grid allows, and locks
+/// where each point has to keep its own volume. What resists faster flow more spreads it, does not
+/// lock, and an average only blurs what happens within a cell.
 VolumetricAveraging averaging_for(const Body& body) {
-  return body.fluctuates() ? VolumetricAveraging::none : VolumetricAveraging::cell;
+  return body.rate_dependent() ? VolumetricAveraging::none : VolumetricAveraging::cell;
 }
 
 template <int dim>
