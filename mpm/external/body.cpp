@@ -97,7 +97,6 @@ class ExternalBody final : public Body {
   void reorder(std::span<const std::uint32_t> order) override { kept_.reorder(order); }
   void archive(Archive& to) override { kept_.archive(to); }
   bool fluctuates() const override { return false; }
-  bool rate_dependent() const override { return false; }  // for all that a library tells
   bool tells_energies() const override { return tells_; }
   double conductivity(std::size_t, double) const override { return 0.0; }
   double heat(std::size_t, double) override { return 0.0; }

@@ -55,7 +55,6 @@ class BodyOf final : public Body {
   void archive(Archive& to) override { state_.archive("state", to); }
 
   bool fluctuates() const override { return !athermal; }
-  bool rate_dependent() const override { return Law::rate_dependent; }
 
   double conductivity(std::size_t point, double void_ratio) const override {
     if constexpr (Conducts<Law>) return law_.conductivity(state_[point], void_ratio);

@@ -7,7 +7,6 @@ namespace {
 
 class CircularCone {
  public:
-  static constexpr bool rate_dependent = false;
   explicit CircularCone(const Case& c) {
     const LinearElasticity elasticity(c);
     slope_ =

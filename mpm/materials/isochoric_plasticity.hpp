@@ -10,12 +10,10 @@
 namespace grainpair {
 
 /// Cone: cone.lost(volumetric, length2, e, dt) is the share of an elastic deviator, of square
-/// length2, that flow takes away in a step, 0 inside the cone, for volumetric > 0;
-/// Cone::rate_dependent: whether that depends on dt.
+/// length2, that flow takes away in a step, 0 inside the cone, for volumetric > 0.
 template <class Cone>
 class IsochoricPlasticity : public LinearInStrain {
  public:
-  static constexpr bool rate_dependent = Cone::rate_dependent;
   template <class Real>
   struct State {
     Tensor<Real> strain =

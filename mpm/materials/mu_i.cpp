@@ -10,7 +10,6 @@ namespace {
 
 class RateDependentCone {
  public:
-  static constexpr bool rate_dependent = true;
   explicit RateDependentCone(const Case& c)
       : elasticity_(c),
         volume_(c),

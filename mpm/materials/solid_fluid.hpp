@@ -38,7 +38,6 @@ struct NoContacts {
 template <class Contacts>
 class SolidFluidWith : public Contacts {
  public:
-  static constexpr bool rate_dependent = true;
   static constexpr bool regimes_cost_differently = true;
   template <class Real>
   struct State {

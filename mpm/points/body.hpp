@@ -65,8 +65,6 @@ class Body {
   virtual void archive(Archive& to) = 0;
   /// Whether grains may have a granular temperature, dissipate in regime 4, or be viscous.
   virtual bool fluctuates() const = 0;
-  /// Whether faster flow meets more resistance.
-  virtual bool rate_dependent() const = 0;
   /// Whether elastic and plastic energy are figures of the law's own.
   virtual bool tells_energies() const { return true; }
   /// Of granular temperature [Pa s]; 0 for a law without.

@@ -91,9 +91,8 @@ struct InitialState {
   double granular_temperature;  // [m2/s2]
 };
 
-/// A law whose grains do not fluctuate, and which resists slow and fast flow alike.
+/// A law whose grains do not fluctuate.
 struct Athermal {
-  static constexpr bool rate_dependent = false;
   template <template <class> class State, class Real>
   Real granular_temperature(const State<Real>&) const {
     return 0.0;

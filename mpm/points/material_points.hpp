@@ -47,7 +47,7 @@ class MaterialPoints {
   ExchangedArrays<MatOf> velocity_gradient;  // [1/s]
   ExchangedArrays<VecOf> grid_velocity;      // at the points, which move with it [m/s]
   std::vector<double> hoop;                  // v_r/r, where the run is axisymmetric [1/s]
-  std::vector<double> volumetric_rate;       // unless cells have one; compression positive [1/s]
+  std::vector<double> volumetric_rate;       // their own, compression positive [1/s]
   // what points of a cell share
   ActiveBox<dim> box;
   std::vector<double> pressure;              // of sigma alone [Pa]
@@ -124,7 +124,7 @@ class MaterialPoints {
 
   /// Their volumetric rate and void ratio to their cells.
   void give_rate(const Block& block, const Wide& divergence, GivingCells& rates) {
-    if (numerics_.averaging != VolumetricAveraging::cell) block.store(-divergence, volumetric_rate);
+    block.store(-divergence, volumetric_rate);
     if (!numerics_.averages_rates()) return;
     const Wide v = volume(block), e = block.load(points.void_ratio);
     const Wide mixed = select(e < loosest_mixed_, block.load(points.mass), Wide(0.0));
@@ -145,11 +145,10 @@ class MaterialPoints {
     Strained out;
     auto& step = out.step;
     const Wide e = block.load(points.void_ratio);
-    Wide rate = 0.0;
-    if (numerics_.averaging != VolumetricAveraging::cell) rate = block.load(volumetric_rate);
+    Wide rate = block.load(volumetric_rate);
     if (numerics_.averages_rates()) {
       const auto sum = rates.take(cell(block));
-      if (numerics_.averaging == VolumetricAveraging::cell) rate = sum.value / sum.weight;
+      rate += numerics_.averaging * (sum.value / sum.weight - rate);
       // mixing_rate (e - mean e)/(1 + e)
       step.mixing = select(
           e < loosest_mixed_,
@@ -318,7 +317,7 @@ class MaterialPoints {
   Wide pressure_correction(const B& block, const Wide& own, const GivenCells& pressures) const {
     if (!numerics_.averages_pressures()) return 0.0;
     const auto sum = pressures.take(cell(block));
-    return sum.value / sum.weight - own;
+    return numerics_.averaging * (sum.value / sum.weight - own);
   }
 
   /// Largest stable step of a Kelvin-Voigt point on the grid [Belytschko2014, Eq. 6.2.19 with

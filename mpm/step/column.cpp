@@ -188,23 +188,14 @@ std::unique_ptr<TransferKernel<dim>> kernel_of(const Case& scene, const SolverSe
   return make(setup.cells, setup.numerics.h, setup.point_size);
 }
 
-/// What resists slow and fast flow alike fails in bands as narrow as the grid allows, and locks
-/// where each point has to keep its own volume. What resists faster flow more spreads it, does not
-/// lock, and an average only blurs what happens within a cell.
-VolumetricAveraging averaging_for(const Body& body) {
-  return body.rate_dependent() ? VolumetricAveraging::none : VolumetricAveraging::cell;
-}
-
 template <int dim>
-std::unique_ptr<Simulation> column(const Case& scene, SolverSetup<dim> setup,
+std::unique_ptr<Simulation> column(const Case& scene, const SolverSetup<dim>& setup,
                                    const Lattice& lattice, const Start& start) {
   std::vector<InitialState> initial;
   auto points = points_of<dim>(scene, lattice, start, setup.axisymmetric, initial, *setup.ranks);
-  auto body = material_registry().at(scene.word("material.law"))(scene);
-  auto& averaging = setup.numerics.averaging;
-  if (averaging == VolumetricAveraging::by_law) averaging = averaging_for(*body);
   return std::make_unique<Solver<dim>>(setup, kernel_of<dim>(scene, setup), std::move(points),
-                                       std::move(body), initial);
+                                       material_registry().at(scene.word("material.law"))(scene),
+                                       initial);
 }
 
 }  // namespace

@@ -37,10 +37,7 @@ Numerics numerics_of(const Case& scene) {
           choice<StressUpdate>(scene.word("mpm.stress_update"), {{"first", StressUpdate::first},
                                                                  {"last", StressUpdate::last},
                                                                  {"musl", StressUpdate::musl}}),
-      .averaging = choice<VolumetricAveraging>(scene.word("mpm.volumetric_averaging"),
-                                               {{"by law", VolumetricAveraging::by_law},
-                                                {"none", VolumetricAveraging::none},
-                                                {"cell", VolumetricAveraging::cell}}),
+      .averaging = scene.number("mpm.volumetric_averaging"),
       .conduction = scene.flag("material.conduction"),
       .time_step_fraction = scene.number("mpm.time_step_fraction"),
   };

@@ -13,7 +13,6 @@ constexpr double kappa = 30.0;  // [Pa s]
 
 /// No stress and no collisions: temperature that conducts, and nothing else.
 struct Warm {
-  static constexpr bool rate_dependent = false;
   template <class Real>
   struct State {
     Real temperature = 0.0;

@@ -25,7 +25,7 @@ SCENES = {
     "a cone, single precision": ("material.law=drucker_prager", "mpm.precision=single"),
     "a library": (ROOT / "cases" / "laws" / "mohr_coulomb", "time.maximum=0.4"),
     "means over cells, stress first": (
-        "mpm.volumetric_averaging=cell",
+        "mpm.volumetric_averaging=1",
         "mpm.stress_update=first",
         "mpm.transfer=apic",
     ),
