@@ -52,7 +52,6 @@ class MaterialPoints {
   ActiveBox<dim> box;
   std::vector<double> pressure;              // of sigma alone [Pa]
   std::vector<double> collisional_pressure;  // the part of it that collisions make, if any do [Pa]
-  std::vector<double> crowding;  // volume beyond the room there is, over that; when sorted [-]
 
   /// `single`: what comes from the grid comes in single precision. Where the run is axisymmetric x
   /// is the radius, and the hoop strain rate v_r/r has a stress that pulls on the radial momentum.
@@ -148,7 +147,8 @@ class MaterialPoints {
     Wide rate = block.load(volumetric_rate);
     if (numerics_.averages_rates()) {
       const auto sum = rates.take(cell(block));
-      rate += numerics_.averaging * (sum.value / sum.weight - rate);
+      const Wide mean = sum.value / sum.weight;
+      rate = mean + (1.0 - numerics_.averaging) * (rate - mean);
       // mixing_rate (e - mean e)/(1 + e)
       step.mixing = select(
           e < loosest_mixed_,
@@ -195,11 +195,11 @@ class MaterialPoints {
   ///   d crowding = -crowding d gamma/volume_relaxation,  gamma: shear strain.
   /// What it has given up it does not give up again before volumes are counted anew.
   Wide give_way(const Block& block, const WideTensor& D, const Wide& e) {
-    const Wide has = block.load(crowding);
+    const Wide has = block.load(points.crowding);
     const Wide strain =
         dt_ * std::numbers::sqrt2 / numerics_.volume_relaxation * deviator(D).norm();
     const Wide gives = select(e < loosest_mixed_, has * strain / (1.0 + strain), Wide(0.0));
-    block.store(has - gives, crowding);
+    block.store(has - gives, points.crowding);
     return gives / dt_;
   }
 

@@ -104,6 +104,7 @@ struct Points {
   std::vector<double> conducted;  // fluctuation that came by conduction since release [J/kg]
   std::vector<double> granular_temperature;  // [m2/s2]
   std::vector<double> deviatoric_strain;     // accumulated sqrt(2/3 dev D : dev D) dt [-]
+  std::vector<double> crowding;  // volume beyond the room there is, over that, when counted [-]
   std::vector<std::int32_t> regime;
   std::vector<std::uint32_t> id;
 
@@ -117,7 +118,7 @@ struct Points {
     x.resize(n, nan), v.resize(n), affine.resize(n), sigma.resize(n);
     for (auto* field : {&mass, &void_ratio}) field->resize(n, nan);
     for (auto* field : {&granular_temperature, &fluctuation, &plastic, &regime_4, &contact,
-                        &conducted, &deviatoric_strain})
+                        &conducted, &deviatoric_strain, &crowding})
       field->resize(n, 0.0);
     regime.resize(n, 0);
     id.resize(n);
@@ -129,7 +130,7 @@ struct Points {
       (tasks.push_back([&] { reorder_field(fields, order); }), ...);
     };
     add(sigma, affine, x, v, void_ratio, fluctuation, plastic, regime_4, contact, conducted);
-    add(granular_temperature, deviatoric_strain, regime, id);
+    add(granular_temperature, deviatoric_strain, crowding, regime, id);
     tasks.push_back([&] {
       reorder_field(mass, order);
       for (const auto p : order.fillers) mass[p] = 0.0;
@@ -142,7 +143,8 @@ struct Points {
     to.list("mass", mass), to.list("void_ratio", void_ratio), to.list("fluctuation", fluctuation);
     to.list("plastic", plastic), to.list("regime_4", regime_4), to.list("contact", contact);
     to.list("conducted", conducted), to.list("granular_temperature", granular_temperature);
-    to.list("deviatoric_strain", deviatoric_strain), to.list("regime", regime), to.list("id", id);
+    to.list("deviatoric_strain", deviatoric_strain), to.list("crowding", crowding);
+    to.list("regime", regime), to.list("id", id);
   }
 };
 

@@ -241,6 +241,7 @@ class Solver final : public Simulation {
 
   // solver_fields.cpp
   void conduct(double dt);
+  // solver_room.cpp
   void find_crowding();
 
   /// A node's velocity and its increment: once for every node, not for every point that takes them,
@@ -379,6 +380,7 @@ class Solver final : public Simulation {
   double max_speed_ = 0.0;  // of the last step [m/s]
   double time_ = 0.0;
   double passed_ = 0.0;  // energy along the slope of the periods that points have passed [J]
+  int sorted_ = 0;       // how often
   EnergyLedger ledger_;
   std::vector<int> cuts_;       // of ranks: the column of cells where each begins, and the end
   std::size_t first_node_ = 0;  // that is in memory

@@ -1,7 +1,4 @@
-// What points share over the nodes beside their motion: granular temperature, and room.
-#include <algorithm>
-#include <numbers>
-
+// What points share over the nodes beside their motion: granular temperature.
 #include "mpm/step/solver.hpp"
 
 namespace grainpair {
@@ -70,61 +67,6 @@ void Solver<D>::conduct(double dt) {
     ledger_.conduction -= gained;
     ledger_.conducted += conducted;
   }
-}
-
-template <int D>
-double Solver<D>::depth(double x) const {
-  return setup_.axisymmetric ? 2.0 * std::numbers::pi * x : setup_.thickness;
-}
-
-/// That is put right at a time; a front that strikes the ground has more for a moment.
-constexpr double most_crowding = 0.25;
-
-/// How far points claim more volume than there is room for, or less. Few points sample a flow
-/// coarsely: one that brings them closer than it tells them goes unseen, gravity does work by it,
-/// and a layer sheared for long sinks into itself. Volume and room are counted by node,
-///   crowding_p = sum_i w_ip (sum_q w_iq V_q / room_i - 1),  room_i = integral of w_i,
-/// where all cells that share the node hold points; elsewhere, room may lie beside a free surface.
-template <int D>
-void Solver<D>::find_crowding() {
-  const auto nodes_of = [&](std::size_t cell) {
-    Vec middle;
-    for (std::size_t d = dim; d-- > 0; cell /= static_cast<std::size_t>(setup_.cells[d]))
-      middle[d] = grid_.axes[d].h *
-                  (static_cast<double>(cell % static_cast<std::size_t>(setup_.cells[d])) + 0.5);
-    NodeWeights<dim> near;
-    kernel_->weigh(middle, grid_, near);
-    return std::vector(near.node.begin(), near.node.begin() + near.count);
-  };
-  material_.crowding.resize(points_.size());
-  for_each_node([](Node<dim>& node, const auto&) { node.change.setZero(); });
-  for_each_strip([&](std::size_t s) {
-    std::vector<std::size_t> cells;
-    for_each_point_of(strips_[s], [&](std::size_t p) {
-      const double v = material_.volume(p);
-      for_each_weight(p, [&](Node<dim>& node, double w) { node.change[0] += w * v; });
-      cells.push_back(cell_of(points_.x[p]));
-    });
-    std::ranges::sort(cells);
-    cells.erase(std::ranges::unique(cells).begin(), cells.end());
-    for (const std::size_t cell : cells)
-      for (const std::size_t node : nodes_of(cell)) grid_.nodes[node].change[1] += 1.0;
-  });
-  fold(Folded::changes);
-  for_each_node([&](Node<dim>& node, const std::array<int, dim>& index) {
-    double room = setup_.thickness, cells = 1.0;
-    for (std::size_t d = 0; d < dim; ++d) {
-      const NodeRoom& along = rooms_[d][static_cast<std::size_t>(index[d])];
-      room *= along.length, cells *= along.cells;
-    }
-    const double crowding = std::clamp(node.change[0] / room - 1.0, -most_crowding, most_crowding);
-    node.change[0] = node.change[1] == cells ? crowding : 0.0;
-  });
-  for_each_place([&](std::size_t p) {  // fillers, too: they stay what they repeat
-    double sum = 0.0;
-    for_each_weight(p, [&](const Node<dim>& node, double w) { sum += w * node.change[0]; });
-    material_.crowding[p] = sum;
-  });
 }
 
 template class Solver<2>;

@@ -51,6 +51,7 @@ class TransferKernel {
   int support = 0;      // nodes that share a point, along an axis
   int reach = 0;        // nodes that share any point of a cell, along an axis
   bool single = false;  // whether points and nodes exchange numbers in single precision
+  bool functions_of_whole_points = false;  // as gimp's; else of the places of points
 
   virtual ~TransferKernel() = default;
   virtual std::array<GridAxis, Dim> axes() const = 0;

@@ -17,6 +17,7 @@ class TransferKernelOf final : public TransferKernel<Dim> {
       : axes_(axes_of(cells, h, point_size, std::make_index_sequence<Dim>())) {
     this->support = Shape::support, this->reach = Shape::reach;
     this->single = halves == 2;
+    this->functions_of_whole_points = requires(typename Shape::Axis axis) { axis.half_size; };
   }
 
   std::array<GridAxis, Dim> axes() const override {
