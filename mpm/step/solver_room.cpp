@@ -69,7 +69,7 @@ void Solver<D>::find_crowding() {
       room *= along.length, cells *= along.cells;
     }
     const double crowding = std::clamp(node.change[0] / room - 1.0, -most_crowding, most_crowding);
-    node.change[0] = cells > 0.0 && node.change[1] == cells ? crowding : 0.0;
+    node.change[0] = room > 0.0 && node.change[1] == cells ? crowding : 0.0;
   });
   for_each_place([&](std::size_t p) {  // fillers, too: they stay what they repeat
     double sum = 0.0;

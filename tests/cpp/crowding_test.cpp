@@ -49,7 +49,7 @@ std::pair<double, double> rates(double relaxation, double claim, int steps = 1) 
   if (Kinematics::axisymmetric)  // of whole rings
     for (const std::size_t p : points.occupied())
       points.mass[p] *= 2.0 * std::numbers::pi * points.x[p][0];
-  SolverStages::count(*solver);
+  if (relaxation > 0.0) SolverStages::count(*solver);
   for (int step = 0; step < steps; ++step) solver->step(dt);
   std::pair<double, double> range{1e9, -1e9};
   for (const std::size_t p : points.occupied()) {
