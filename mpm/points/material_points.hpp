@@ -47,7 +47,7 @@ class MaterialPoints {
   ExchangedArrays<MatOf> velocity_gradient;  // [1/s]
   ExchangedArrays<VecOf> grid_velocity;      // at the points, which move with it [m/s]
   std::vector<double> hoop;                  // v_r/r, where the run is axisymmetric [1/s]
-  std::vector<double> volumetric_rate;       // their own, compression positive [1/s]
+  std::vector<double> volumetric_rate;       // where it counts, compression positive [1/s]
   // what points of a cell share
   ActiveBox<dim> box;
   std::vector<double> pressure;              // of sigma alone [Pa]
@@ -123,7 +123,7 @@ class MaterialPoints {
 
   /// Their volumetric rate and void ratio to their cells.
   void give_rate(const Block& block, const Wide& divergence, GivingCells& rates) {
-    block.store(-divergence, volumetric_rate);
+    if (numerics_.averaging < 1.0) block.store(-divergence, volumetric_rate);
     if (!numerics_.averages_rates()) return;
     const Wide v = volume(block), e = block.load(points.void_ratio);
     const Wide mixed = select(e < loosest_mixed_, block.load(points.mass), Wide(0.0));
@@ -144,7 +144,8 @@ class MaterialPoints {
     Strained out;
     auto& step = out.step;
     const Wide e = block.load(points.void_ratio);
-    Wide rate = block.load(volumetric_rate);
+    Wide rate = 0.0;
+    if (numerics_.averaging < 1.0) rate = block.load(volumetric_rate);
     if (numerics_.averages_rates()) {
       const auto sum = rates.take(cell(block));
       const Wide mean = sum.value / sum.weight;
