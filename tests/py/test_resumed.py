@@ -59,7 +59,7 @@ def kill_at_checkpoint(result: Path, number: int, *more) -> None:
     """Kills a run as soon as it has kept itself `number` times; on a busy machine it may be ready
     before that is seen, and then another is killed.
     """
-    for _ in range(10):
+    for _ in range(40):
         with subprocess.Popen(command(result, *more, OFTEN), stderr=subprocess.DEVNULL) as one:
             kept: set[str] = set()
             while one.poll() is None and len(kept) < number:
