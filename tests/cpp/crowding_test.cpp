@@ -91,7 +91,7 @@ TYPED_TEST(Crowding, IsCountedInRingsAndInSpace) {
 }
 
 // Beside walls, too, where functions are others, and two points a cell do not integrate them.
-// (Those of gimp shrink with the points there, and err by a per cent.)
+// (Those of gimp shrink with the points there, and err by up to 3 %.)
 TYPED_TEST(Crowding, IsCountedBesideWalls) {
   constexpr double claim = 0.05, off = std::is_same_v<TypeParam, Gimp> ? 0.03 : 1e-12;
   for (const int width : {1, 2, 9}) {
@@ -126,8 +126,8 @@ TYPED_TEST(Crowding, IsGivenUpAQuarterAtATime) {
 }
 
 // Over two steps of the strain half of the claim goes, and half of the rest, by d ln V = 3 ln(1 -
-// what is given/3) each; a claim that were not used up would be met twice. Steps shear the cells
-// by 1e-4, and that changes what is counted by no more.
+// what is given/3) each; a claim that were not used up would be met twice. (The bound: steps shear
+// the cells by some 1e-6, which changes their volume by less.)
 TYPED_TEST(Crowding, IsGivenUpOnce) {
   constexpr double claim = 0.05;
   const auto [low, high] = rates<PlaneStrain, TypeParam>(shear_rate * dt, claim, 2);

@@ -14,7 +14,7 @@ MASS = np.linspace(0.0005, 0.9995, 1000)
 
 
 def collapse(result: Path, case: str, **keys) -> str:
-    """Runs a case with assignments to mpm.KEY, or to SECTION.KEY of SECTION__KEY; what is said."""
+    """Runs a case with its keys set, SECTION__KEY for SECTION.KEY; what is said."""
     words = [f"--set={key.replace('__', '.')}={value}" for key, value in keys.items()]
     done = subprocess.run(
         [program("mpm_run"), ROOT / "cases" / case, "-o", result, "--quiet", *words],
