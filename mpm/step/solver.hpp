@@ -232,8 +232,6 @@ class Solver final : public Simulation {
   int end_column() const { return cuts_[static_cast<std::size_t>(ranks().here()) + 1]; }
   /// Of what slices of nodes have, that of those which are no images, and no other rank's.
   std::span<const Work> counted(const std::vector<Work>& all) const;
-  /// Number of the first node in memory.
-  std::size_t first_in_memory() const { return first_node_; }
   /// Throws it, or keeps it until all ranks know.
   void fail(const SolverError& error);
   /// Where the period begins on the grid [m].
@@ -341,11 +339,15 @@ class Solver final : public Simulation {
     else
       for (int j = box.begin[1]; j < top; ++j) row({i, j, box.begin[2]}, box.end[2]);
   }
-  /// f(node, w_ip) or f(node, w_ip, grad w_ip) over the nodes that share point p.
+  /// f(node, w_ip) or f(node, w_ip, grad w_ip) over the nodes that share point p, or a place x.
   template <class F>
   void for_each_weight(std::size_t p, F&& f) {
+    for_each_weight_at(points_.x[p], f);
+  }
+  template <class F>
+  void for_each_weight_at(const Vec& x, F&& f) {
     NodeWeights<dim> near;
-    kernel_->weigh(points_.x[p], grid_, near);
+    kernel_->weigh(x, grid_, near);
     for (std::size_t i = 0; i < static_cast<std::size_t>(near.count); ++i) {
       if constexpr (std::is_invocable_v<F, Node<dim>&, double, const Vec&>)
         f(grid_.nodes[near.node[i]], near.w[i], near.slope[i]);

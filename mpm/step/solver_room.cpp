@@ -34,20 +34,16 @@ void Solver<D>::find_crowding() {
         at[d] += (corner >> d & 1u ? 1.0 : -1.0) *
                  std::min({aside, x[d], material_.box.length[d] - x[d]});
       const double part = (setup_.axisymmetric ? at[0] / x[0] : 1.0) / parts;
-      NodeWeights<dim> near;
-      kernel_->weigh(at, grid_, near);
-      for (std::size_t i = 0; i < static_cast<std::size_t>(near.count); ++i)
-        f(grid_.nodes[near.node[i]], near.w[i] * part * material_.volume(p));
+      for_each_weight_at(
+          at, [&](Node<dim>& node, double w) { f(node, w * part * material_.volume(p)); });
     }
   };
-  const auto nodes_of = [&](std::size_t cell) {
+  const auto middle_of = [&](std::size_t cell) {
     Vec middle;
     for (std::size_t d = dim; d-- > 0; cell /= static_cast<std::size_t>(setup_.cells[d]))
       middle[d] = grid_.axes[d].h *
                   (static_cast<double>(cell % static_cast<std::size_t>(setup_.cells[d])) + 0.5);
-    NodeWeights<dim> near;
-    kernel_->weigh(middle, grid_, near);
-    return std::vector(near.node.begin(), near.node.begin() + near.count);
+    return middle;
   };
   for_each_node([](Node<dim>& node, const auto&) { node.change.setZero(); });
   for_each_strip([&](std::size_t s) {
@@ -59,7 +55,7 @@ void Solver<D>::find_crowding() {
     std::ranges::sort(cells);
     cells.erase(std::ranges::unique(cells).begin(), cells.end());
     for (const std::size_t cell : cells)
-      for (const std::size_t node : nodes_of(cell)) grid_.nodes[node].change[1] += 1.0;
+      for_each_weight_at(middle_of(cell), [](Node<dim>& node, double) { node.change[1] += 1.0; });
   });
   fold(Folded::changes);
   for_each_node([&](Node<dim>& node, const std::array<int, dim>& index) {

@@ -15,7 +15,7 @@ struct Xpic : Pic {
   /// `change` of the nodes holds the running term. constrained(v, node) is what walls make of it.
   template <class Vec, class Sweeps, class Constrained>
   static void sharpen(Sweeps& on, int order, const Constrained& constrained) {
-    const auto* const first = &on.grid_.nodes[on.first_in_memory()];
+    const auto* const first = &on.grid_.nodes[on.first_node_];
     std::vector<Vec> term(on.points_.size()), sum(on.grid_.nodes.size());
     const auto index_of = [&](const auto& node) { return static_cast<std::size_t>(&node - first); };
     on.for_each_node([&](auto& node, const auto&) { sum[index_of(node)] = node.motion; });
