@@ -10,7 +10,7 @@ from compare.study.shown import markdown, origin, per_cent, read
 
 def values(reference: Path, laws: dict[str, str]) -> dict:
     """Each law of `laws`, names by word, on finer and finer cells, the means of its displaced
-    starts; those whose deposit comes to no limit.
+    starts; those whose deposit comes to no limit, and runs that failed.
     """
     path = reference / "refinement.csv"
     table = read(path)
@@ -39,9 +39,14 @@ def values(reference: Path, laws: dict[str, str]) -> dict:
     names += ["above one d", "moved by the next [L0]", "two starts [L0]"]
     comes = refinement.limits(table)
     lost = [laws[law] for law, limit in comes.items() if not limit]
+    failed = [
+        f"{laws[row.law]} on {row.cells} cells, start {row.seed}: {row.ended}"
+        for row in table[table["ended"] != "ok"].itertuples()
+    ]
     return {
         "origin": origin(path),
         "table": markdown(names, rows),
         "lost": ", ".join(lost) if lost else "none",
+        "failed": "; ".join(failed),
         "seen": chart.told(table),
     }

@@ -4,9 +4,11 @@ it is from there, and where the granular temperature is that finer cells find.
     python3 -m compare.study.refinement CASE [--cells N ...] [--laws LAW ...] [--seeds N]
 
 Each law is run on every number of cells in the height, from displaced starts that tell chance from
-effect. Writes cases/<case>/reference/refinement.csv and .png.
+effect. A run that fails is a row without figures. Writes cases/<case>/reference/refinement.csv and
+.png.
 """
 
+import math
 import sys
 from itertools import product
 from pathlib import Path
@@ -16,7 +18,7 @@ import pandas as pd
 
 from cases import command_line
 from cases.case import load
-from cases.errors import exit_code
+from cases.errors import EngineError, exit_code
 from cases.files import check_table, write_table
 from cases.programs import program
 from cases.provenance import about, head, typed
@@ -26,6 +28,7 @@ from cases.stages import Stage, run_stages
 from compare.mapping.reductions import wasserstein
 from compare.mapping.runs import Run
 from compare.study import redraw
+from compare.study.failure import classify
 from compare.study.figures import at_end, figures
 from compare.study.softening import DISPLACED
 from compare.verdict.findings.thin_temperature import energies
@@ -48,8 +51,8 @@ UNITS = (
 
 
 def one(scene: Path, law: str, cells: int, seed: int, folder: Path) -> dict:
-    """A run of a law: its figures, its fluctuation, and `deposit`, places along x [L0] and
-    masses.
+    """A run of a law: how it ended, its figures, its fluctuation, and `deposit`, places along x [L0]
+    and masses. Of one that failed, how alone.
     """
     size = load(scene)["geometry.height"] / cells
     sets = [f"material.law={law}", f"material.card={LAWS[law]}", f"mpm.cell_size={float(size)!r}"]
@@ -57,11 +60,18 @@ def one(scene: Path, law: str, cells: int, seed: int, folder: Path) -> dict:
     words = [word for assignment in sets for word in ("--set", assignment)]
     result = folder / "mpm.h5"
     told = [program("mpm_run"), scene, *words, "--seed", seed, "-o", result]
-    run_stages([Stage(f"{law}, {cells} cells", told)], quiet=True)
+    row = {"law": law, "cells": cells, "seed": seed}
+    try:
+        run_stages([Stage(f"{law}, {cells} cells", told)], quiet=True)
+    except EngineError as error:
+        print(error, file=sys.stderr)
+        missing = dict.fromkeys((*FIGURES, "fluctuation", "fluctuation_above"), math.nan)
+        return row | {"ended": classify(error.code)} | missing
     run = at_end(result)
     found, end, most = figures(run), run.clouds[-1], fluctuation(run)
     return (
-        {"law": law, "cells": cells, "seed": seed}
+        row
+        | {"ended": "ok"}
         | {name: found[name] for name in FIGURES}
         | {"fluctuation": most[0], "fluctuation_above": most[1]}
         | {"deposit": (end.x[:, 0] / run.length, end.mass)}
@@ -84,13 +94,13 @@ def distances(rows: list[dict]) -> list[dict]:
     """The rows with the distances of their deposits, NaN where there is none to compare with, and
     without the deposits.
     """
-    deposits = {(row["law"], row["cells"], row["seed"]): row["deposit"] for row in rows}
+    deposits = {(row["law"], row["cells"], row["seed"]): row.get("deposit") for row in rows}
 
     def distance(row: dict, **other) -> float:
         at = row | other
         to = deposits.get((at["law"], at["cells"], at["seed"]))
-        if to is None:
-            return float("nan")
+        if to is None or "deposit" not in row:
+            return math.nan
         (x, mass), (y, masses) = row["deposit"], to
         return float(wasserstein(x, y, mass, masses))
 
@@ -102,9 +112,9 @@ def distances(rows: list[dict]) -> list[dict]:
         out.append(
             {name: value for name, value in row.items() if name != "deposit"}
             | {
-                "to_next": distance(row, cells=finer[0]) if finer else float("nan"),
-                "to_finest": distance(row, cells=sizes[-1]) if finer else float("nan"),
-                "apart": distance(row, seed=seeds[0]) if seeds else float("nan"),
+                "to_next": distance(row, cells=finer[0]) if finer else math.nan,
+                "to_finest": distance(row, cells=sizes[-1]) if finer else math.nan,
+                "apart": distance(row, seed=seeds[0]) if seeds else math.nan,
             }
         )
     return out
@@ -140,7 +150,7 @@ def main(words: list[str]) -> int:
     with temporary() as folder:
         for law, cells, seed in product(options.laws, options.cells, range(1, options.seeds + 1)):
             rows.append(one(options.case, law, cells, seed, folder))
-            told = {name: rows[-1][name] for name in ("law", "cells", "seed", "centre")}
+            told = {name: rows[-1][name] for name in ("law", "cells", "seed", "ended", "centre")}
             print(told, file=sys.stderr, flush=True)
     table = distances(rows)
     command = typed("python3 -m compare.study.refinement", words)

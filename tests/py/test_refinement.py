@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from cases.errors import EngineError
 from cases.programs import ROOT
 from compare.study import refinement
 
@@ -30,6 +31,18 @@ def test_deposits_are_as_far_apart_as_they_were_put():
     assert list(found["to_next"]) == pytest.approx([0.2, np.nan, 0.05, np.nan], nan_ok=True)
     assert list(found["to_finest"]) == pytest.approx([0.25, np.nan, 0.05, np.nan], nan_ok=True)
     assert list(found["apart"]) == pytest.approx([0.01, 0.01, np.nan, np.nan], nan_ok=True)
+
+
+def test_a_run_that_fails_is_a_row_without_figures(tmp_path, monkeypatch):
+    def fail(*_, **__):
+        raise EngineError("cases/column_small: point 3: too fast [ejected]")
+
+    monkeypatch.setattr(refinement, "run_stages", fail)
+    lost = refinement.one(SMALL, "mu_i", 40, 1, tmp_path)
+    assert lost["ended"] == "ejected points"
+    found = pd.DataFrame(refinement.distances([row(10, 1, 0.0), row(20, 1, 0.2), lost]))
+    assert list(found["to_next"]) == pytest.approx([0.2, np.nan, np.nan], nan_ok=True)
+    assert found["to_finest"].isna().all()
 
 
 @pytest.mark.parametrize("last, comes", [(0.005, True), (0.02, False)])
