@@ -51,8 +51,8 @@ UNITS = (
 
 
 def one(scene: Path, law: str, cells: int, seed: int, folder: Path) -> dict:
-    """A run of a law: how it ended, its figures, its fluctuation, and `deposit`, places along x [L0]
-    and masses. Of one that failed, how alone.
+    """A run of a law: how it ended, its figures, its fluctuation, and `deposit`, places along x
+    [L0] and masses. Of one that failed, how alone.
     """
     size = load(scene)["geometry.height"] / cells
     sets = [f"material.law={law}", f"material.card={LAWS[law]}", f"mpm.cell_size={float(size)!r}"]
