@@ -20,7 +20,7 @@ struct Numerics {
   double volume_relaxation = 0.0;      // shear strain, to the room there is; 0: none [-]
   int xpic_order = 2;
   StressUpdate stress_update = StressUpdate::last;
-  double averaging = 0.5;   // share of a cell's mean in volumetric rate and pressure [-]
+  double averaging = 1.0;   // share of a cell's mean in volumetric rate and pressure [-]
   bool conduction = false;  // of granular temperature
   double time_step_fraction = 0.5;
 

@@ -41,7 +41,7 @@ def test_text_of_an_older_schema_has_the_defaults_of_newer_keys():
 def test_a_word_of_an_older_schema_is_the_number_that_stands_for_it(word, share):
     scene = case.load(COLUMN)
     told = "volumetric_averaging = "
-    older = scene.resolved.replace(f"{told}0.5", f'{told}"{word}"')
+    older = scene.resolved.replace(f"{told}1.0", f'{told}"{word}"')
     assert older != scene.resolved
     assert case.parse(older)["mpm.volumetric_averaging"] == share
     with pytest.raises(CaseError, match=r"volumetric_averaging = 'nodal' \(no float\)$"):

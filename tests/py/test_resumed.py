@@ -24,15 +24,15 @@ SCENES = {
     "conduction": ("material.conduction=true",),
     "a cone, single precision": ("material.law=drucker_prager", "mpm.precision=single"),
     "a library": (ROOT / "cases" / "laws" / "mohr_coulomb", "time.maximum=0.4"),
-    "means over cells, stress first": (
-        "mpm.volumetric_averaging=1",
+    "half of the means, stress first": (
+        "mpm.volumetric_averaging=0.5",
         "mpm.stress_update=first",
         "mpm.transfer=apic",
     ),
     "sharpened": ("mpm.transfer=xpic", "mpm.shape=gimp", "mpm.jitter=0.2"),
     "space": ("geometry.dimension=three_dimensional", "mpm.cell_size=0.002", "time.maximum=0.8"),
     "a cylinder": (ROOT / "cases" / "cylinder", "mpm.cell_size=0.002", "time.maximum=0.8"),
-    "a start in disorder": ("mpm.jitter=0.2",),
+    "volumes that follow the room": ("mpm.volume_relaxation=1", "mpm.jitter=0.2"),
     "a lifted gate": ("walls.gate=lifted", "walls.gate_speed=0.5"),
 }
 
