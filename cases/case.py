@@ -87,9 +87,8 @@ def tell_contradictions(case: Case):
 def parse(resolved: str, path: str | Path = "", text: str = "") -> Case:
     """The scene of a resolved TOML text, such as the attribute `case_resolved` of a result file.
 
-    A file written before the schema gained a key has that key's default, and one from before a
-    word became a number that number. Raises CaseError where it is no TOML, or a value is not of its
-    key's type.
+    A file written before the schema gained a key has that key's default. Raises CaseError where it
+    is no TOML, or a value is not of its key's type.
     """
     at = f"{path}: case_resolved"
     try:
@@ -127,8 +126,6 @@ def completed(values: dict, keys: dict, at: str = "") -> dict:
         if "type" not in key:
             values[name] = completed(values.get(name, {}), key, f"{at}: {name}")
         elif name in values:
-            if isinstance(values[name], str):
-                values[name] = key.get("was", {}).get(values[name], values[name])
             taken = TYPES.get(key["type"], (object,))
             if type(values[name]) not in taken and object not in taken:  # a bool is no int
                 raise CaseError(f"{at}: {name} = {values[name]!r} (no {key['type']})")

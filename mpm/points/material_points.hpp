@@ -123,7 +123,7 @@ class MaterialPoints {
 
   /// Their volumetric rate and void ratio to their cells.
   void give_rate(const Block& block, const Wide& divergence, GivingCells& rates) {
-    if (numerics_.averaging < 1.0) block.store(-divergence, volumetric_rate);
+    if (!numerics_.averaging) block.store(-divergence, volumetric_rate);
     if (!numerics_.averages_rates()) return;
     const Wide v = volume(block), e = block.load(points.void_ratio);
     const Wide mixed = select(e < loosest_mixed_, block.load(points.mass), Wide(0.0));
@@ -145,11 +145,10 @@ class MaterialPoints {
     auto& step = out.step;
     const Wide e = block.load(points.void_ratio);
     Wide rate = 0.0;
-    if (numerics_.averaging < 1.0) rate = block.load(volumetric_rate);
+    if (!numerics_.averaging) rate = block.load(volumetric_rate);
     if (numerics_.averages_rates()) {
       const auto sum = rates.take(cell(block));
-      const Wide mean = sum.value / sum.weight;
-      rate = mean + (1.0 - numerics_.averaging) * (rate - mean);
+      if (numerics_.averaging) rate = sum.value / sum.weight;
       // mixing_rate (e - mean e)/(1 + e)
       step.mixing = select(
           e < loosest_mixed_,
@@ -318,7 +317,7 @@ class MaterialPoints {
   Wide pressure_correction(const B& block, const Wide& own, const GivenCells& pressures) const {
     if (!numerics_.averages_pressures()) return 0.0;
     const auto sum = pressures.take(cell(block));
-    return numerics_.averaging * (sum.value / sum.weight - own);
+    return sum.value / sum.weight - own;
   }
 
   /// Largest stable step of a Kelvin-Voigt point on the grid [Belytschko2014, Eq. 6.2.19 with

@@ -20,16 +20,16 @@ struct Numerics {
   double volume_relaxation = 0.0;      // shear strain, to the room there is; 0: none [-]
   int xpic_order = 2;
   StressUpdate stress_update = StressUpdate::last;
-  double averaging = 1.0;   // share of a cell's mean in volumetric rate and pressure [-]
+  bool averaging = true;    // of volumetric rates and pressures over cells
   bool conduction = false;  // of granular temperature
   double time_step_fraction = 0.5;
 
   /// Whether points take the mean volumetric rate or the mean void ratio of their cells.
-  bool averages_rates() const { return averaging > 0.0 || void_ratio_relaxation > 0.0; }
+  bool averages_rates() const { return averaging || void_ratio_relaxation > 0.0; }
   /// Whether points change their volume beside what they are strained.
   bool changes_volumes() const { return averages_rates() || volume_relaxation > 0.0; }
   /// Whether the internal force takes the mean pressure of a point's cell.
-  bool averages_pressures() const { return averaging > 0.0; }
+  bool averages_pressures() const { return averaging; }
 };
 
 /// Fraction of the way that a step takes a relaxation of time tau; without one, none.

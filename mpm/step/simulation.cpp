@@ -37,7 +37,7 @@ Numerics numerics_of(const Case& scene) {
           choice<StressUpdate>(scene.word("mpm.stress_update"), {{"first", StressUpdate::first},
                                                                  {"last", StressUpdate::last},
                                                                  {"musl", StressUpdate::musl}}),
-      .averaging = scene.number("mpm.volumetric_averaging"),
+      .averaging = scene.word("mpm.volumetric_averaging") == "cell",
       .conduction = scene.flag("material.conduction"),
       .time_step_fraction = scene.number("mpm.time_step_fraction"),
   };

@@ -254,7 +254,7 @@ std::vector<std::string> Watch::warnings(const EnergyLedger& begin, const Energy
   if (rough_looks_ > 0 && roughness_ / rough_looks_ > most_roughness)
     say(Warning::locking,
         "the pressure of points differs within their cells by {:.1f} times its mean, early in "
-        "the run (set mpm.volumetric_averaging to 1)",
+        "the run (set mpm.volumetric_averaging to cell)",
         roughness_ / rough_looks_);
   if (crowding_ > most_crowding)
     say(Warning::crowding,

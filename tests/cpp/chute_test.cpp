@@ -42,7 +42,7 @@ std::unique_ptr<Solver<2>> waves(double shift, int period = cells, double speed 
                             .high = {cells, 8}};
   block.period = {period};
   block.body = linear_elastic(0.25);
-  block.numerics.averaging = 1.0;
+  block.numerics.averaging = true;
   block.numerics.void_ratio_relaxation = 0.1;
   block.numerics.velocity_relaxation = 1.0;
   block.velocity = [=](const auto& x) {

@@ -39,7 +39,7 @@ std::pair<double, double> rates(double relaxation, double claim, int steps = 1) 
   };
   block.gradient(1, 0) = shear_rate;
   block.numerics.transfer = TransferScheme::apic;
-  block.numerics.averaging = 0.0;
+  block.numerics.averaging = false;
   block.numerics.volume_relaxation = relaxation;
   auto solver = block.template build<Shape>();
   auto& points = solver->points();

@@ -53,7 +53,7 @@ TEST(Ledger, TimeIntegrationFallsWithTheStep) {
     block.body = linear_elastic(0.25);
     block.velocity = [&](const auto& x) { return Eigen::Vector2d(1e-3 * std::sin(k * x[0]), 0.0); };
     block.numerics.transfer = TransferScheme::flip;
-    block.numerics.averaging = 0.0;
+    block.numerics.averaging = false;
     auto solver = block.build<BSpline<2>>();
     const double end = 0.5 * std::numbers::pi / (k * c);  // a quarter of the period
     const int steps = static_cast<int>(std::ceil(end / (fraction * solver->stable_step().dt)));
@@ -127,7 +127,7 @@ TEST(Ledger, MixingFreesTheEnergyOfUnevenPressures) {
   const double K = density * 100.0 / 1.8;  // P-wave modulus M = 9/5 K at nu = 1/4
   const auto above = [](const auto& x) { return std::fmod(x[1], 0.1) > 0.05; };
   block.stress = [&](const auto& x) { return SymTensor((above(x) ? 300.0 : 100.0) * identity()); };
-  block.numerics.averaging = 1.0;
+  block.numerics.averaging = true;
   block.numerics.void_ratio_relaxation = 1e-3;
   auto solver = block.build<BSpline<2>>();
   // strain 100 Pa/K apart from the mean, one way and the other
@@ -176,7 +176,7 @@ TEST(Ledger, DetachedIsTheWorkBeyondTheCell) {
   block.body = linear_elastic(0.25);
   block.stress = [&](const auto&) { return SymTensor(pressure * identity()); };
   block.gradient = rate * Eigen::Matrix2d::Identity();
-  block.numerics.averaging = 0.0;
+  block.numerics.averaging = false;
   auto solver = block.build<BSpline<2>>();
   solver->step(dt);
   const double volume = 0.01, beyond = 1.0 - std::log(4.0) / std::log(9.0),

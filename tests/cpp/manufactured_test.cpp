@@ -75,7 +75,7 @@ double error(int cells, TransferScheme scheme) {
   Cuboid<PlaneStrain> block{.h = h, .box = {cells, cells}, .low = {0, 0}, .high = {cells, cells}};
   block.body = linear_elastic(exact.poisson);
   block.numerics.transfer = scheme;
-  block.numerics.averaging = 0.0;
+  block.numerics.averaging = false;
   // leapfrog: velocities belong half a step earlier
   block.velocity = [&](const auto& x) {
     return Eigen::Vector2d(exact.velocity(x[0], -0.5 * exact.w * dt),

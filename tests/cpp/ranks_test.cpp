@@ -114,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Shared{"two", "column_ci", {"mpm.cell_size=0.001"}, 2, 1.2},
         Shared{"three", "column_small", {"mpm.cell_size=0.0016"}, 3, 0.6},
-        Shared{"averaged", "column_ci", {"mpm.volumetric_averaging=0.5"}, 2, 1.0},
+        Shared{"own", "column_ci", {"mpm.volumetric_averaging=none"}, 2, 1.0},
         Shared{"xpic", "column_ci", {"mpm.transfer=xpic", "mpm.shape=gimp"}, 2, 1.2},
         Shared{"musl", "column_ci", {"mpm.stress_update=musl"}, 2, 1.0},
         Shared{"heat", "column_small", {"mpm.cell_size=0.003", "material.conduction=true"}, 2, 0.7},
@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(
             "slope",
             "chute_ci",
             {"geometry.dimension=three_dimensional", "mpm.cell_size=0.001", "initial.velocity=1",
-             "geometry.length=0.016", "geometry.thickness=0.002", "mpm.volumetric_averaging=0.5"},
+             "geometry.length=0.016", "geometry.thickness=0.002", "mpm.volumetric_averaging=none"},
             2,
             0.5}),
     [](const auto& instance) { return std::string(instance.param.name); });

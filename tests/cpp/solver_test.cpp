@@ -47,7 +47,7 @@ TEST(Solver, DetachedPointsStopAtTheVolumeOfTheirCell) {
   Cuboid<PlaneStrain> block{.box = {40, 40}, .low = {19, 19}, .high = {21, 21}};
   block.velocity = [](const auto& x) { return Eigen::Vector2d(x[0] - 2.0, x[1] - 2.0); };
   block.gradient << 1.0, 0.0, 0.0, 1.0;
-  block.numerics.averaging = 0.0;
+  block.numerics.averaging = false;
   auto solver = block.build<BSpline<2>>();
   for (int i = 0; i < 400; ++i) solver->step(0.005);
   double loosest = 0.0;
@@ -150,7 +150,7 @@ TEST(Solver, AxisymmetricExpansionHasHoopStrain) {
   block.velocity = [&](const auto& x) { return Eigen::Vector2d(a * x[0], 0.0); };
   block.gradient << a, 0.0, 0.0, 0.0;
   block.numerics.transfer = TransferScheme::apic;
-  block.numerics.averaging = 0.0;
+  block.numerics.averaging = false;
   auto solver = block.build<BSpline<2>>();
   solver->step(dt);
   const double expected = (1.0 + void_ratio) * std::pow(1.0 + a * dt, 2) - 1.0;

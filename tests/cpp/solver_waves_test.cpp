@@ -30,7 +30,7 @@ StandingWave standing_wave(int cells, TransferScheme scheme, StressUpdate update
   block.velocity = [&](const auto& x) { return Eigen::Vector2d(v0 * std::sin(k * x[0]), 0.0); };
   block.numerics.transfer = scheme;
   block.numerics.stress_update = update;
-  block.numerics.averaging = 0.0;
+  block.numerics.averaging = false;
   block.numerics.velocity_relaxation = 0.0;
   block.numerics.time_step_fraction = 0.2;
   auto solver = block.build<Shape>();

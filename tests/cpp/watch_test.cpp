@@ -24,10 +24,10 @@ struct Watched {
   std::unique_ptr<Solver<2>> solver;
   Watch watch;
   explicit Watched(std::function<Eigen::Vector2d(const Eigen::Vector2d&)> velocity,
-                   double averaging = 1.0)
+                   bool averaging = true)
       : solver(build(velocity, averaging)), watch(*solver, {height, gravity, floor_length}, cell) {}
   static std::unique_ptr<Solver<2>> build(
-      const std::function<Eigen::Vector2d(const Eigen::Vector2d&)>& velocity, double averaging) {
+      const std::function<Eigen::Vector2d(const Eigen::Vector2d&)>& velocity, bool averaging) {
     Cuboid<PlaneStrain> block{.box = {20, 20}, .low = {4, 4}, .high = {12, 12}};
     block.velocity = velocity;
     block.numerics.averaging = averaging;
@@ -83,7 +83,7 @@ TEST(Watch, EndsTheRunOfAPointNoFallCouldHaveMadeSoFast) {
 
 TEST(Watch, WarnsOfTensionAndOfPressureThatDiffersWithinCells) {
   // where cells have one pressure, the grid feels no other
-  Watched block([](const auto&) { return Eigen::Vector2d(0.0, 0.0); }, 0.0);
+  Watched block([](const auto&) { return Eigen::Vector2d(0.0, 0.0); }, false);
   auto& points = block.solver->points();
   const double pressure = block.solver->solid_density() * gravity * height;
   for (const std::size_t p : points.occupied())
@@ -142,7 +142,7 @@ Watch vibrated(double length, bool shortened) {
     return Eigen::Vector2d(1.0 + 0.02 * std::cos(k * (x[0] - 4 * cell)), 0.0);
   };
   block.numerics.time_step_fraction = 1.0;
-  block.numerics.averaging = 1.0;
+  block.numerics.averaging = true;
   block.body = linear_elastic(0.25);
   const auto solver = block.build<BSpline<2>>();
   Watch watch(*solver, {height, gravity, floor_length}, cell);

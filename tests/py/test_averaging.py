@@ -1,8 +1,9 @@
-"""What the share of cell means in pressure and volume change does: a deposit on coarse cells, and
-columns that lock.
+"""What means over cells of pressure and volume change do: a deposit on coarse cells, and columns
+that lock.
 """
 
 import subprocess
+from itertools import product
 from pathlib import Path
 
 import h5py
@@ -34,29 +35,28 @@ def deposit(result: Path, height: float) -> np.ndarray:
     return np.interp(MASS, np.cumsum(mass[order]) / mass.sum(), x[order]) / height
 
 
-# Points of a cell that share all of their pressure do not resist what they do against each other,
-# and a coarse deposit reaches too far: with half of it their own it is four times as near to that
-# of fine cells.
-def test_half_of_the_means_brings_coarse_deposits_nearer(tmp_path):
+# With means over cells a coarse deposit reaches too far. Without, the one of 10 cells is three
+# times as near to the one of fine cells, and both come to one deposit as cells shrink.
+def test_without_means_coarse_deposits_are_nearer_to_fine_ones(tmp_path):
     height = 0.05
+    found = {}
+    for averaging, cells in product(("none", "cell"), (10, 28)):
+        collapse(
+            tmp_path / "mpm.h5",
+            "column_small",
+            material__law="mu_i",
+            mpm__cell_size=height / cells,
+            mpm__volumetric_averaging=averaging,
+        )
+        found[averaging, cells] = deposit(tmp_path / "mpm.h5", height)
 
-    def distance(share: float) -> float:
-        found = []
-        for cells in (10, 28):
-            collapse(
-                tmp_path / "mpm.h5",
-                "column_small",
-                material__law="mu_i",
-                mpm__cell_size=height / cells,
-                mpm__volume_relaxation=1,
-                mpm__volumetric_averaging=share,
-            )
-            found.append(deposit(tmp_path / "mpm.h5", height))
-        return np.mean(np.abs(found[0] - found[1]))
+    def apart(one: tuple, other: tuple) -> float:  # [L0]
+        return np.mean(np.abs(found[one] - found[other]))
 
-    half, all_of_it = distance(0.5), distance(1.0)
-    assert half < 0.02  # L0; the margin of a comparison is 0.03
-    assert all_of_it > 2.0 * half  # the control
+    own, means = apart(("none", 10), ("none", 28)), apart(("cell", 10), ("cell", 28))
+    assert own < 0.015  # half of the margin of a comparison
+    assert means > 2.0 * own  # the control
+    assert apart(("none", 28), ("cell", 28)) < 0.5 * apart(("none", 10), ("cell", 10))
 
 
 # A loose column contracts as it flows; where each point has to on its own, they carry the load by
@@ -67,6 +67,8 @@ def test_loose_columns_lock_without_means(tmp_path):
         "material__card": "dem_mu05",
         "initial__void_ratio": 0.8,
     }
-    for share, locks in ((0.0, True), (0.5, False), (1.0, False)):
-        said = collapse(tmp_path / "mpm.h5", "column_ci", mpm__volumetric_averaging=share, **loose)
-        assert ("locking" in said) == locks, share
+    for averaging, locks in (("none", True), ("cell", False)):
+        said = collapse(
+            tmp_path / "mpm.h5", "column_ci", mpm__volumetric_averaging=averaging, **loose
+        )
+        assert ("locking" in said) == locks, averaging

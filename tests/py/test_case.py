@@ -37,17 +37,6 @@ def test_text_of_an_older_schema_has_the_defaults_of_newer_keys():
     assert case.parse(older).values == scene.values
 
 
-@pytest.mark.parametrize("word, share", [("cell", 1.0), ("none", 0.0)])
-def test_a_word_of_an_older_schema_is_the_number_that_stands_for_it(word, share):
-    scene = case.load(COLUMN)
-    told = "volumetric_averaging = "
-    older = scene.resolved.replace(f"{told}1.0", f'{told}"{word}"')
-    assert older != scene.resolved
-    assert case.parse(older)["mpm.volumetric_averaging"] == share
-    with pytest.raises(CaseError, match=r"volumetric_averaging = 'nodal' \(no float\)$"):
-        case.parse(older.replace(f'{told}"{word}"', f'{told}"nodal"'))
-
-
 def test_a_mistake_raises_the_validators_line():
     with pytest.raises(
         CaseError, match=r"^--set grains.friktion=1: unknown key .* Did you mean 'friction'\?$"

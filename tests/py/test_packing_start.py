@@ -50,7 +50,7 @@ def mpm_run(tmp_path, *words):
                 "--set",
                 "material.law=linear_elastic",  # stress of points, not of cells:
                 "--set",
-                "mpm.volumetric_averaging=0",
+                "mpm.volumetric_averaging=none",
                 *words,
             )
         ],

@@ -24,8 +24,8 @@ SCENES = {
     "conduction": ("material.conduction=true",),
     "a cone, single precision": ("material.law=drucker_prager", "mpm.precision=single"),
     "a library": (ROOT / "cases" / "laws" / "mohr_coulomb", "time.maximum=0.4"),
-    "half of the means, stress first": (
-        "mpm.volumetric_averaging=0.5",
+    "no averages, stress first": (
+        "mpm.volumetric_averaging=none",
         "mpm.stress_update=first",
         "mpm.transfer=apic",
     ),
