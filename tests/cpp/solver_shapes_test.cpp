@@ -130,7 +130,7 @@ TYPED_TEST(SolverOf, HydrostaticColumnDoesNotDrift) {
       .h = 0.1, .box = {2, 14}, .low = {0, 0}, .high = {2, 10}, .points_per_cell = 4};
   block.gravity = {0.0, -g};
   block.walls[1][0].contact = Contact::fixed;
-  block.numerics.averaging = true;          // points' own pressures tell the wall cell's quadrature
+  block.numerics.averaging = true;         // points' own pressures tell the wall cell's quadrature
   block.body = linear_elastic(1.0 / 3.0);  // K0 = nu/(1 - nu) = 1/2
   block.stress = [&](const auto& x) {
     const double s = density * g * (height - x[1]);
