@@ -52,8 +52,9 @@ def test_a_limit_is_where_refinement_moves_less_and_less(last, comes):
 
 
 def test_laws_that_know_a_rate_come_to_a_limit_and_no_others_do(kept):
-    """What has a limit moves further by refinement than by chance, on any cells; what has none
-    moves by chance more and more.
+    """What has a limit moves further by refinement than by chance, on any cells; two starts of what
+    has none are several times as far apart on the finest cells as on the coarsest. Two starts are
+    one draw of chance: a factor of two is left to it.
     """
     comes = refinement.limits(kept)
     assert {law for law, limit in comes.items() if limit} == {
@@ -65,8 +66,7 @@ def test_laws_that_know_a_rate_come_to_a_limit_and_no_others_do(kept):
         found = means(kept, law)
         if limit:
             assert (found["to_next"].dropna() > 3.0 * found["apart"].iloc[:-1]).all(), law
-        else:
-            assert (found["apart"].diff().dropna() > 0.0).all(), law
+        assert (found["apart"].iloc[-1] > 2.0 * found["apart"].iloc[0]) != limit, law
 
 
 @pytest.mark.parametrize("law", ["solid_fluid", "contact_share"])
