@@ -39,7 +39,7 @@ def deposit(result: Path, height: float) -> np.ndarray:
 # times as near to the one of fine cells, and both come to one deposit as cells shrink.
 def test_without_means_coarse_deposits_are_nearer_to_fine_ones(tmp_path):
     height = 0.05
-    found = {}
+    found: dict[tuple[str, int], np.ndarray] = {}
     for averaging, cells in product(("none", "cell"), (10, 28)):
         collapse(
             tmp_path / "mpm.h5",
@@ -50,8 +50,8 @@ def test_without_means_coarse_deposits_are_nearer_to_fine_ones(tmp_path):
         )
         found[averaging, cells] = deposit(tmp_path / "mpm.h5", height)
 
-    def apart(one: tuple, other: tuple) -> float:  # [L0]
-        return np.mean(np.abs(found[one] - found[other]))
+    def apart(one: tuple[str, int], other: tuple[str, int]) -> float:  # [L0]
+        return float(np.mean(np.abs(found[one] - found[other])))
 
     own, means = apart(("none", 10), ("none", 28)), apart(("cell", 10), ("cell", 28))
     assert own < 0.015  # half of the margin of a comparison
