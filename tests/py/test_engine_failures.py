@@ -18,6 +18,8 @@ RUN = [
     "run",
     str(ROOT / "cases" / "column_ci"),
     "--quiet",
+    "--set",
+    "mpm.cell_size=0.0005",  # the continuum is at work for longer than grains need to begin
     "--out",
     "result",
 ]
