@@ -20,9 +20,11 @@ def draw(table: pd.DataFrame, path: Path) -> Picture:
             colour = LAWS[str(law)]
             mean = part.groupby("cells").mean(numeric_only=True)
             word = str(law).replace("_", " ")
-            moves.plot(mean.index, mean["to_next"], "o-", color=colour, label=word)
+            moves.plot(mean.index, mean["to_next"], "o-", color=colour)
             moves.plot(mean.index, mean["apart"], ":", color=colour, lw=1.0)
-            costs.plot(mean["cpu_seconds_engine"], mean["to_finest"], "o-", color=colour)
+            costs.plot(
+                mean["cpu_seconds_engine"], mean["to_finest"], "o-", color=colour, label=word
+            )
             finest = mean.iloc[-1]
             if finest["fluctuation"] > 0.0:
                 for name, line in (("fluctuation", "o-"), ("fluctuation_above", "o--")):
@@ -37,7 +39,9 @@ def draw(table: pd.DataFrame, path: Path) -> Picture:
         costs.set_ylabel("distance from the finest deposit [L0]")
         holds.set_ylabel("largest fluctuation energy, over the finest's")
         holds.set_ylim(0.0, None)
-        moves.legend(frameon=False, fontsize=9, title="dotted: two starts apart")
+        costs.legend(frameon=False, fontsize=9, loc="lower left")
+        moves.plot([], [], "k:", lw=1.0, label="two starts apart")
+        moves.legend(frameon=False, fontsize=9, loc="lower right")
         holds.plot([], [], "k-", label="all")
         holds.plot([], [], "k--", label="above a grain's diameter")
         holds.legend(frameon=False, fontsize=9, loc="lower right")
