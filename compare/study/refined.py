@@ -40,8 +40,8 @@ def values(reference: Path, laws: dict[str, str]) -> dict:
     comes = refinement.limits(table)
     lost = [laws[law] for law, limit in comes.items() if not limit]
     failed = [
-        f"{laws[row.law]} on {row.cells} cells, start {row.seed}: {row.ended}"
-        for row in table[table["ended"] != "ok"].itertuples()
+        f"{laws[row.law]} on {row.cells} cells, start {row.seed}: {row.status}"
+        for row in table[table["status"] != "ok"].itertuples()
     ]
     return {
         "origin": origin(path),

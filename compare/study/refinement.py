@@ -18,18 +18,15 @@ import pandas as pd
 
 from cases import command_line
 from cases.case import load
-from cases.errors import EngineError, exit_code
+from cases.errors import exit_code
 from cases.files import check_table, write_table
-from cases.programs import program
 from cases.provenance import about, head, typed
 from cases.scenes import refuse_chute
-from cases.scratch import temporary
-from cases.stages import Stage, run_stages
 from compare.mapping.reductions import wasserstein
 from compare.mapping.runs import Run
-from compare.study import redraw
-from compare.study.failure import classify
+from compare.study import point, redraw
 from compare.study.figures import at_end, figures
+from compare.study.recipe import Recipe
 from compare.study.softening import DISPLACED
 from compare.verdict.findings.thin_temperature import energies
 
@@ -41,6 +38,7 @@ LAWS = {
     "contact_share": "contact_mu05",
 }
 FIGURES = ("run_out_95", "centre", "height", "peak", "steps", "cpu_seconds_engine")
+PATIENCE = 3600.0  # processor seconds; the finest run of the dearest law takes some minutes
 UNITS = (
     "to_next, to_finest: distance along x of the deposit from the one of the same start on the "
     "next finer cells, and on the finest (metric wasserstein_x) [L0]; apart: from another start's "
@@ -50,29 +48,21 @@ UNITS = (
 )
 
 
-def one(scene: Path, law: str, cells: int, seed: int, folder: Path) -> dict:
-    """A run of a law: how it ended, its figures, its fluctuation, and `deposit`, places along x
-    [L0] and masses. Of one that failed, how alone.
-    """
+def one(scene: Path, law: str, cells: int, seed: int) -> dict:
+    """A run of a law, with what `told` makes of it; of one that failed, how (`point.run`)."""
     size = load(scene)["geometry.height"] / cells
     sets = [f"material.law={law}", f"material.card={LAWS[law]}", f"mpm.cell_size={float(size)!r}"]
     sets += [f"mpm.jitter={DISPLACED}", "time.maximum=6", "time.frame_interval=0.25"]
-    words = [word for assignment in sets for word in ("--set", assignment)]
-    result = folder / "mpm.h5"
-    told = [program("mpm_run"), scene, *words, "--seed", seed, "-o", result]
-    row = {"law": law, "cells": cells, "seed": seed}
-    try:
-        run_stages([Stage(f"{law}, {cells} cells", told)], quiet=True)
-    except EngineError as error:
-        print(error, file=sys.stderr)
-        missing = dict.fromkeys((*FIGURES, "fluctuation", "fluctuation_above"), math.nan)
-        return row | {"ended": classify(error.code)} | missing
+    recipe = Recipe("mpm", tuple(sets), timeout=PATIENCE, seed=seed)
+    return {"law": law, "cells": cells, "seed": seed} | point.run(scene, recipe, told)
+
+
+def told(result: Path) -> dict:
+    """Of a result its figures, its fluctuation, and `deposit`, places along x [L0] and masses."""
     run = at_end(result)
     found, end, most = figures(run), run.clouds[-1], fluctuation(run)
     return (
-        row
-        | {"ended": "ok"}
-        | {name: found[name] for name in FIGURES}
+        {name: found[name] for name in FIGURES}
         | {"fluctuation": most[0], "fluctuation_above": most[1]}
         | {"deposit": (end.x[:, 0] / run.length, end.mass)}
     )
@@ -147,11 +137,10 @@ def main(words: list[str]) -> int:
     target = options.case / "reference" / "refinement.csv"
     check_table(target)
     rows = []
-    with temporary() as folder:
-        for law, cells, seed in product(options.laws, options.cells, range(1, options.seeds + 1)):
-            rows.append(one(options.case, law, cells, seed, folder))
-            told = {name: rows[-1][name] for name in ("law", "cells", "seed", "ended", "centre")}
-            print(told, file=sys.stderr, flush=True)
+    for law, cells, seed in product(options.laws, options.cells, range(1, options.seeds + 1)):
+        rows.append(one(options.case, law, cells, seed))
+        said = ("law", "cells", "seed", "status", "message", "centre")
+        print({k: rows[-1][k] for k in said if k in rows[-1]}, file=sys.stderr, flush=True)
     table = distances(rows)
     command = typed("python3 -m compare.study.refinement", words)
     write_table(target, head(about(command), UNITS), table, "%.6g")

@@ -1,13 +1,14 @@
 """What refinement does to the collapse of each law: the study, and the table that is kept."""
 
+from subprocess import CompletedProcess
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from cases.case import load
-from cases.errors import EngineError
 from cases.programs import ROOT
-from compare.study import refinement
+from compare.study import point, refinement
 
 SMALL = ROOT / "cases" / "column_small"
 
@@ -34,13 +35,13 @@ def test_deposits_are_as_far_apart_as_they_were_put():
     assert list(found["apart"]) == pytest.approx([0.01, 0.01, np.nan, np.nan], nan_ok=True)
 
 
-def test_a_run_that_fails_is_a_row_without_figures(tmp_path, monkeypatch):
-    def fail(*_, **__):
-        raise EngineError("cases/column_small: point 3: too fast [ejected]")
+def test_a_run_that_fails_is_a_row_without_figures(monkeypatch):
+    def fail(words, **_):
+        return CompletedProcess(words, 3, "", "cases/column_small: point 3: too fast [ejected]")
 
-    monkeypatch.setattr(refinement, "run_stages", fail)
-    lost = refinement.one(SMALL, "mu_i", 40, 1, tmp_path)
-    assert lost["ended"] == "ejected points"
+    monkeypatch.setattr(point, "call", fail)
+    lost = refinement.one(SMALL, "mu_i", 40, 1)
+    assert lost["status"] == "ejected points"
     found = pd.DataFrame(refinement.distances([row(10, 1, 0.0), row(20, 1, 0.2), lost]))
     assert list(found["to_next"]) == pytest.approx([0.2, np.nan, np.nan], nan_ok=True)
     assert found["to_finest"].isna().all()
@@ -79,10 +80,10 @@ def test_temperature_comes_with_the_cells_below_one_grain_and_not_above(kept, la
 
 
 @pytest.mark.parametrize("law", ["mu_i", "solid_fluid"])
-def test_a_small_member_is_what_the_table_says(kept, law, tmp_path):
+def test_a_small_member_is_what_the_table_says(kept, law):
     """To three times what a displaced start does, and a thousandth for another machine's sums."""
     starts = kept[(kept["law"] == law) & (kept["cells"] == 10)]
-    found = refinement.one(SMALL, law, 10, 1, tmp_path)
+    found = refinement.one(SMALL, law, 10, 1)
     for name in ("run_out_95", "centre", "height", "peak", "fluctuation", "fluctuation_above"):
         mean, apart = starts[name].mean(), np.ptp(starts[name])
         assert found[name] == pytest.approx(mean, abs=3.0 * apart, rel=1e-3), name
