@@ -8,7 +8,7 @@ import pytest
 
 from cases.case import load
 from cases.programs import ROOT
-from compare.study import point, refinement
+from compare.study import point, refined, refinement
 
 SMALL = ROOT / "cases" / "column_small"
 
@@ -45,6 +45,19 @@ def test_a_run_that_fails_is_a_row_without_figures(monkeypatch):
     found = pd.DataFrame(refinement.distances([row(10, 1, 0.0), row(20, 1, 0.2), lost]))
     assert list(found["to_next"]) == pytest.approx([0.2, np.nan, np.nan], nan_ok=True)
     assert found["to_finest"].isna().all()
+
+
+def test_the_page_tells_runs_that_failed(tmp_path, monkeypatch):
+    laws = {law: law.upper() for law in refinement.LAWS}
+    table = (SMALL / "reference" / "refinement.csv").read_text()
+    monkeypatch.setattr(refined, "origin", str)  # of the project's own files it tells the commit
+    failing = tmp_path / "refinement.csv"
+    failing.write_text(table.replace("lade_duncan,80,1,ok", "lade_duncan,80,1,ejected points"))
+    assert refined.values(tmp_path, laws)["failed"] == (
+        "LADE_DUNCAN on 80 cells, start 1: ejected points"
+    )
+    failing.write_text(table)
+    assert refined.values(tmp_path, laws)["failed"] == ""
 
 
 @pytest.mark.parametrize("last, comes", [(0.005, True), (0.02, False)])
