@@ -35,10 +35,10 @@ class ClearingCells {
   ClearingCells(GivenCells&& old);
 
   void resize(std::size_t cells) { sums_.resize(cells); }
-  /// Slice `i` of `slices` alike, the cells of which follow each other.
-  void clear_slice(std::size_t i, std::size_t slices) {
-    const std::size_t cells = sums_.size() / slices;
-    std::fill_n(sums_.begin() + static_cast<std::ptrdiff_t>(i * cells), cells, CellSums<double>{});
+  /// `count` cells from `first` on; nothing where there are none.
+  void clear(std::size_t first, std::size_t count) {
+    if (sums_.empty()) return;
+    std::fill_n(sums_.begin() + static_cast<std::ptrdiff_t>(first), count, CellSums<double>{});
   }
   void clear() { std::fill(sums_.begin(), sums_.end(), CellSums<double>{}); }
 

@@ -30,9 +30,11 @@ struct ActiveBox {
             (trunc(x[d] * inverse_h) - static_cast<double>(begin[d]));
     return out;
   }
-  std::size_t cells() const {
+  std::size_t cells() const { return cells_from(0); }
+  /// Of a box that is as wide from axis d on, and one cell wide along those before.
+  std::size_t cells_from(int d) const {
     std::size_t out = 1;
-    for (int d = 0; d < Dim; ++d) out *= static_cast<std::size_t>(end[d] - begin[d]);
+    for (; d < Dim; ++d) out *= static_cast<std::size_t>(end[d] - begin[d]);
     return out;
   }
 };

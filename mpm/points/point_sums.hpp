@@ -11,6 +11,7 @@ namespace grainpair {
 /// Points that are taken together.
 struct Strip {
   std::size_t begin, end;
+  std::size_t size() const { return end - begin; }
 };
 
 /// The point that allows the smallest step.

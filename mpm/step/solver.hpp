@@ -18,6 +18,7 @@
 #include "mpm/points/body.hpp"
 #include "mpm/step/node_room.hpp"
 #include "mpm/step/period.hpp"
+#include "mpm/step/points_by_cell.hpp"
 #include "mpm/step/ranks.hpp"
 #include "mpm/step/simulation.hpp"
 #include "mpm/step/team.hpp"
@@ -166,10 +167,9 @@ class Solver final : public Simulation {
   void sort_points();
   void reorder(const Order& order, Tasks tasks);
   std::size_t cell_of(const Vec& x) const;
-  std::vector<std::uint32_t> by_cell(const std::vector<std::size_t>& cell) const;
-  Order in_cell_order(const std::vector<std::uint32_t>& points,
-                      const std::vector<std::size_t>& cell);
-  void find_active_box(const std::vector<std::uint32_t>& points);
+  PointsByCell by_cell();
+  Order in_cell_order(const PointsByCell& cells);
+  void find_active_box(const PointsByCell& cells);
   void resize_cells();
   void give_pressures_anew();
   void measure_held_energy();
@@ -263,7 +263,11 @@ class Solver final : public Simulation {
       return;
     }
     const unsigned sweep = ++sweeps_;
-    share_out(strips, threads, [&](int k) {
+    std::array<int, colours> ends;
+    for (int colour = 0, end = 0; colour < colours; ++colour)
+      ends[static_cast<std::size_t>(colour)] = end += strips_of(colour);
+    const auto points = [&](int k) { return static_cast<double>(strips_[strip_at(k)].size()); };
+    share_out({ends, threads, points}, [&](int k) {
       const std::size_t s = strip_at(k);
       const std::size_t first = s < colours ? 0 : s - colours + 1;
       for (std::size_t other = first; other < std::min(s + colours, strips_.size()); ++other)
@@ -272,25 +276,14 @@ class Solver final : public Simulation {
       done_[s].set(sweep);
     });
   }
+  int strips_of(int colour) const {
+    return (static_cast<int>(strips_.size()) - colour + colours - 1) / colours;
+  }
   /// Of all strips, colour by colour.
   std::size_t strip_at(int k) const {
-    const int strips = static_cast<int>(strips_.size());
     int colour = 0;
-    for (int of_colour; k >= (of_colour = (strips - colour + colours - 1) / colours); ++colour)
-      k -= of_colour;
+    for (; k >= strips_of(colour); ++colour) k -= strips_of(colour);
     return static_cast<std::size_t>(colour + k * colours);
-  }
-  /// f(begin) ... f(end - 1), side by side; eight pieces a thread are enough to be even.
-  template <class F>
-  static void side_by_side(int begin, int end, F&& f) {
-    const int threads = omp_get_max_threads(), pieces = threads == 1 ? 1 : 8 * threads;
-    const auto piece = [&](int k) {
-      for (int i = begin + (end - begin) * k / pieces; i < begin + (end - begin) * (k + 1) / pieces;
-           ++i)
-        f(i);
-    };
-    if (threads == 1) return piece(0);
-    share_out(pieces, threads, piece);
   }
   template <class F>
   void for_each_point(F&& f) {

@@ -13,11 +13,13 @@ template <int D>
 auto Solver<D>::clear_grid() -> ClearedGrid {
   const Timed timed(times_ ? &times_->to_grid : nullptr);
   const auto& box = material_.box;
-  const auto slices = static_cast<std::size_t>(box.end[0] - box.begin[0]);
   for_each_slice([&](int i) {
-    const auto slice = static_cast<std::size_t>(i - box.begin[0]);
-    spent_rates_.clear_slice(slice, slices);
-    spent_pressures_.clear_slice(slice, slices);
+    const std::size_t first = static_cast<std::size_t>(i - box.begin[0]) * box.cells_from(1);
+    const auto rows = static_cast<std::size_t>(tops_[static_cast<std::size_t>(i)] - box.begin[1]);
+    // of a slice that neighbours are handed, all
+    const std::size_t count = ranks().many() ? box.cells_from(1) : rows * box.cells_from(2);
+    spent_rates_.clear(first, count);
+    spent_pressures_.clear(first, count);
     clear_nodes(i);
   });
   return {{GivingCells(std::move(spent_rates_)), GivingCells(std::move(spent_pressures_))}};

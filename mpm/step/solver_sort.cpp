@@ -99,20 +99,19 @@ std::size_t Solver<D>::cell_of(const Vec& x) const {
   return cell;
 }
 
-/// Points by their cells, of which each keeps its order. Where each cell begins is counted first,
-/// of those between the first and the last that has points.
 template <int D>
-std::vector<std::uint32_t> Solver<D>::by_cell(const std::vector<std::size_t>& cell) const {
-  std::size_t first = std::numeric_limits<std::size_t>::max(), last = 0, count = 0;
-  for (const std::size_t p : points_.occupied())
-    first = std::min(first, cell[p]), last = std::max(last, cell[p]), ++count;
-  if (count == 0) return {};
-  std::vector<std::uint32_t> begin(last - first + 2), out(count);
-  for (const std::size_t p : points_.occupied()) ++begin[cell[p] - first + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  for (const std::size_t p : points_.occupied())
-    out[begin[cell[p] - first]++] = static_cast<std::uint32_t>(p);
-  return out;
+PointsByCell Solver<D>::by_cell() {
+  ActiveBox<dim> grid = material_.box;  // all of it
+  grid.begin = {}, grid.end = setup_.cells;
+  std::vector<std::int32_t> cell(points_.size());
+  const std::size_t blocks = cell.size() / Wide::size();
+  side_by_side(0, static_cast<int>(blocks), [&](int k) {
+    const Block block{static_cast<std::size_t>(k) * Wide::size()};
+    store_whole(grid.cell(points_.x.load(block)), block, cell);
+  });
+  for (std::size_t p = blocks * Wide::size(); p < cell.size(); ++p)  // come from another rank
+    cell[p] = static_cast<std::int32_t>(cell_of(points_.x[p]));
+  return {points_.occupied(), cell};
 }
 
 /// Volume is counted against room once in so many sortings, when points have drifted by a cell: it
@@ -125,12 +124,10 @@ template <int D>
 void Solver<D>::sort_points() {
   put_back();
   if (ranks().many()) cut(), hand_over();
-  std::vector<std::size_t> cell(points_.size());
-  for (const std::size_t p : points_.occupied()) cell[p] = cell_of(points_.x[p]);
-  const std::vector<std::uint32_t> points = by_cell(cell);
-  find_active_box(points);
-  here_ = points.size();
-  const Order order = in_cell_order(points, cell);
+  const PointsByCell cells = by_cell();
+  find_active_box(cells);
+  here_ = cells.size();
+  const Order order = in_cell_order(cells);
   reorder(order, {[&] { body_->reorder(order.from); }});
   material_.find_cells();
   give_pressures_anew();
@@ -143,32 +140,29 @@ void Solver<D>::sort_points() {
 /// cells hold three points or five, all blocks but the last would else straddle cells and share no
 /// nodes.
 template <int D>
-Order Solver<D>::in_cell_order(const std::vector<std::uint32_t>& points,
-                               const std::vector<std::size_t>& cell) {
+Order Solver<D>::in_cell_order(const PointsByCell& cells) {
   auto strip_cells = static_cast<std::size_t>(strip_width_);
   for (int d = 1; d < dim; ++d) strip_cells *= static_cast<std::size_t>(setup_.cells[d]);
   Order order;
-  order.from.reserve(points.size() + points.size() / 64);
+  order.from.reserve(cells.size() + cells.size() / 64);
   std::vector<std::uint32_t> left_over;
+  std::size_t strip = 0, begin = 0;
   strips_.clear();
-  std::size_t begin = 0;
-  for (auto next = points.begin(); next != points.end();) {
-    const std::size_t here = cell[*next];
-    const auto end = std::find_if(next, points.end(), [&](auto p) { return cell[p] != here; });
-    const auto fours = (end - next) / static_cast<int>(Wide::size());
-    const auto together = next + fours * static_cast<int>(Wide::size());
-    order.from.insert(order.from.end(), next, together);
-    left_over.insert(left_over.end(), together, end);
-    next = end;
-    if (next != points.end() && cell[*next] / strip_cells == here / strip_cells) continue;
+  const auto finish = [&] {
     order.from.insert(order.from.end(), left_over.begin(), left_over.end());
     left_over.clear();
-    order.fill_up();
-    // a strip without points keeps its place, and so its colour
-    while (strips_.size() < here / strip_cells) strips_.push_back({begin, begin});
+    if (!order.from.empty()) order.fill_up();
     strips_.push_back({begin, order.from.size()});
     begin = order.from.size();
-  }
+  };
+  cells.for_each([&](std::size_t cell, std::span<const std::uint32_t> points) {
+    // a strip without points keeps its place, and so its colour
+    for (; strip < cell / strip_cells; ++strip) finish();
+    const auto together = points.first(points.size() / Wide::size() * Wide::size());
+    order.from.insert(order.from.end(), together.begin(), together.end());
+    left_over.insert(left_over.end(), points.begin() + together.size(), points.end());
+  });
+  if (cells.size() > 0) finish();
   if (order.from.empty()) order.keep_one(), order.fill_up();
   done_ = std::vector<Milestone>(strips_.size());
   return order;
@@ -178,16 +172,22 @@ Order Solver<D>::in_cell_order(const std::vector<std::uint32_t>& points,
 /// slope there are as many nodes again in the box of all points; each slice of nodes has a top of
 /// its own.
 template <int D>
-void Solver<D>::find_active_box(const std::vector<std::uint32_t>& points) {
+void Solver<D>::find_active_box(const PointsByCell& cells) {
   constexpr int drift = box_drift;
-  const auto cell = [&](std::uint32_t p, int d) {
-    return static_cast<int>(points_.x[p][d] * grid_.axes[d].inverse_h);
-  };
+  std::array<int, dim> low = setup_.cells, high{};
+  std::vector<int> highest(static_cast<std::size_t>(setup_.cells[0]), -1);  // by column of cells
+  cells.for_each([&](std::size_t cell, const auto&) {
+    std::array<int, dim> at;
+    for (std::size_t d = dim; d-- > 0; cell /= static_cast<std::size_t>(setup_.cells[d]))
+      at[d] = static_cast<int>(cell % static_cast<std::size_t>(setup_.cells[d]));
+    for (int d = 0; d < dim; ++d)
+      low[d] = std::min(low[d], at[d]), high[d] = std::max(high[d], at[d]);
+    int& of_column = highest[static_cast<std::size_t>(at[0])];
+    of_column = std::max(of_column, at[1]);
+  });
   for (int d = 0; d < dim; ++d) {
-    int low = setup_.cells[d], high = 0;
-    for (const auto p : points) low = std::min(low, cell(p, d)), high = std::max(high, cell(p, d));
-    material_.box.begin[d] = std::max(low - drift, 0);
-    material_.box.end[d] = std::min(high + drift + kernel_->support, grid_.axes[d].nodes);
+    material_.box.begin[d] = std::max(low[d] - drift, 0);
+    material_.box.end[d] = std::min(high[d] + drift + kernel_->support, grid_.axes[d].nodes);
   }
   if (setup_.period) {  // images alike
     material_.box.begin[0] = 0, material_.box.end[0] = grid_.axes[0].nodes;
@@ -195,16 +195,11 @@ void Solver<D>::find_active_box(const std::vector<std::uint32_t>& points) {
     if (ranks().many()) widen_box();
     return;
   }
-  std::vector<int> highest(static_cast<std::size_t>(setup_.cells[0]), -1);  // by column of cells
-  for (const auto p : points) {
-    int& of_column = highest[static_cast<std::size_t>(cell(p, 0))];
-    of_column = std::max(of_column, cell(p, 1));
-  }
   tops_.assign(static_cast<std::size_t>(grid_.axes[0].nodes), material_.box.begin[1]);
   for (int column = 0; column < setup_.cells[0]; ++column) {
-    const int high = highest[static_cast<std::size_t>(column)];
-    if (high < 0) continue;
-    const int top = std::min(high + drift + kernel_->support, grid_.axes[1].nodes);
+    const int of_column = highest[static_cast<std::size_t>(column)];
+    if (of_column < 0) continue;
+    const int top = std::min(of_column + drift + kernel_->support, grid_.axes[1].nodes);
     const int end = std::min(column + drift + kernel_->support, grid_.axes[0].nodes);
     for (int i = std::max(column - drift, 0); i < end; ++i)
       tops_[static_cast<std::size_t>(i)] = std::max(tops_[static_cast<std::size_t>(i)], top);
