@@ -13,6 +13,7 @@ from compare.study.distance import cost, errors
 from compare.verdict import siblings
 
 LEVELS = (0.02, 0.05, 0.10)
+NUMERICAL_LEVELS = (0.01, 0.02)
 KEYS = {
     "law": "material.law",
     "card": "material.card",
@@ -20,6 +21,7 @@ KEYS = {
     "points_per_cell": "mpm.points_per_cell",
     "transfer": "mpm.transfer",
     "velocity_relaxation": "mpm.velocity_relaxation",
+    "void_ratio_relaxation": "mpm.void_ratio_relaxation",
     "shape": "mpm.shape",
     "stress_update": "mpm.stress_update",
     "averaging": "mpm.volumetric_averaging",
@@ -170,6 +172,20 @@ def band(reference: dict, name: str) -> float:
 def best(points: pd.DataFrame, name: str, level: float) -> pd.Series | None:
     """The cheapest point whose error is at most `level`."""
     good = points[(points["status"] == "ok") & ~points["fine"] & (points[f"error_{name}"] <= level)]
+    return None if good.empty else good.loc[good["cost"].idxmin()]
+
+
+def converged(points: pd.DataFrame, law: str, card: str, level: float) -> pd.Series | None:
+    """The cheapest recipe of a law whose deposit and run-out are within `level` of the law's own
+    fine solution.
+    """
+    good = points[
+        (points["law"] == law)
+        & (points["card"].fillna("") == card)
+        & ~points["fine"]
+        & (points["numerical_deposit"] <= level)
+        & (points["numerical_run_out"] <= level)
+    ]
     return None if good.empty else good.loc[good["cost"].idxmin()]
 
 

@@ -68,6 +68,7 @@ def frontier_of(name: str) -> dict:
         "origin": origin(folder / "frontier" / "points.csv"),
         "levels": levels(points, grains),
         "laws": laws(points, grains, size),
+        "converged": converged(points, grains),
         "size": 1000.0 * size,
         "grains": f"{grains:.2g}",
         "seeds": len(reference["members"]),
@@ -129,6 +130,26 @@ def laws(points: pd.DataFrame, grains: float, size: float) -> str:
     ]
     names = [one.replace("_", "-") for one in ERRORS]
     return markdown(["law", *names, "numerical", "× cheaper"], rows)
+
+
+def converged(points: pd.DataFrame, grains: float) -> str:
+    """Of every law and card that has a fine solution, the cheapest recipe near to it."""
+    rows = []
+    fine = points[points["fine"] & (points["status"] == "ok")]
+    for _, law in fine.fillna({"card": ""}).iterrows():
+        row = [law_of(law)]
+        for level in frontier.NUMERICAL_LEVELS:
+            found = frontier.converged(points, law["law"], law["card"], level)
+            row.append(
+                "–"
+                if found is None
+                else f"{found['label']}: {times(found['cost'], grains)} × "
+                f"({per_cent(found['numerical_deposit'])}, {per_cent(found['numerical_run_out'])}, "
+                f"{per_cent(found['numerical_temperature'])})"
+            )
+        rows.append(row)
+    levels_named = [f"within {per_cent(level, 0)}" for level in frontier.NUMERICAL_LEVELS]
+    return markdown(["law", *levels_named], rows)
 
 
 def ladders(names: list[str]) -> str:
