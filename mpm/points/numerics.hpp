@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "mpm/transfer/scheme.hpp"
 
@@ -14,10 +15,11 @@ enum class Limit { none = 0, elastic = 1, critical_state = 2, viscous = 3 };
 struct Numerics {
   double h = 0.0;  // cell size [m]
   TransferScheme transfer = TransferScheme::affine_flip;
-  double velocity_relaxation = 0.0;    // of flip and affine_flip, and ... [s]
-  double gradient_relaxation = 0.0;    // ... of the gradient of affine_flip [s]
-  double void_ratio_relaxation = 0.0;  // within cells; 0: none [s]
-  double volume_relaxation = 0.0;      // shear strain, to the room there is; 0: none [-]
+  double velocity_relaxation = 0.0;  // of flip and affine_flip, and ... [s]
+  double gradient_relaxation = 0.0;  // ... of the gradient of affine_flip [s]
+  double most_own_speed = std::numeric_limits<double>::infinity();  // see transferred() [m/s]
+  double void_ratio_relaxation = 0.0;                               // within cells; 0: none [s]
+  double volume_relaxation = 0.0;  // shear strain, to the room there is; 0: none [-]
   int xpic_order = 2;
   StressUpdate stress_update = StressUpdate::last;
   bool averaging = true;    // of volumetric rates and pressures over cells

@@ -30,6 +30,7 @@ Numerics numerics_of(const Case& scene) {
                                           {"xpic", TransferScheme::xpic}}),
       .velocity_relaxation = scene.number("mpm.velocity_relaxation") * fall,
       .gradient_relaxation = scene.number("mpm.gradient_relaxation") * fall,
+      .most_own_speed = H / fall,  // half of the energy of a fall from the top
       .void_ratio_relaxation = scene.number("mpm.void_ratio_relaxation") * crossing,
       .volume_relaxation = scene.number("mpm.volume_relaxation"),
       .xpic_order = static_cast<int>(scene.integer("mpm.xpic_order")),

@@ -148,7 +148,8 @@ template <int D>
 void Solver<D>::sweep_nodes(GivingCells& rates, Gathered what, double dt) {
   const Timed timed(times_ ? &times_->to_points : nullptr);
   const Filter filter{relaxed(dt, setup_.numerics.velocity_relaxation),
-                      relaxed(dt, setup_.numerics.gradient_relaxation)};
+                      relaxed(dt, setup_.numerics.gradient_relaxation),
+                      setup_.numerics.most_own_speed};
   sums_.assign(strips_.size(), {});
   for_each_strip([&](std::size_t s) {
     sums_[s] = kernel_->gather(strips_[s], rates, what, filter, dt, exchange_);

@@ -18,6 +18,7 @@ enum class Gathered { velocity, gradient, both };
 /// Fraction of the way to the grid's velocity, and to its gradient, that a point goes in one step.
 struct Filter {
   double velocity, gradient;
+  double most_own_speed;  // [m/s]
 };
 
 /// Sums of a strip that gathers velocities [J], [m/s].

@@ -58,7 +58,7 @@ class TransferKernelOf final : public TransferKernel<Dim> {
   GatherSums gather_as(const Strip& strip, GivingCells& rates, Gathered what, const Filter& filter,
                        double dt, Exchange<Dim>& on) const;
   static void take_velocity(const Block& block, const VecOf<Wide>& of_grid,
-                            const VecOf<Wide>& increment, double filter, Exchange<Dim>& on,
+                            const VecOf<Wide>& increment, const Filter& filter, Exchange<Dim>& on,
                             WideSums& sums);
   static void take_affine(const Blocks<Exchanged>& blocks, const Near& at,
                           const Collected<Dim, Exchanged>& nodes, double filter, double dt,
@@ -137,11 +137,12 @@ GRAINPAIR_FLATTEN void TransferKernelOf<Dim, S, E>::scatter(const Strip& strip, 
 
 template <int Dim, class S, class E>
 void TransferKernelOf<Dim, S, E>::take_velocity(const Block& block, const VecOf<Wide>& of_grid,
-                                                const VecOf<Wide>& increment, double filter,
+                                                const VecOf<Wide>& increment, const Filter& filter,
                                                 Exchange<Dim>& on, WideSums& sums) {
   auto& points = on.material.points;
   const auto old = points.v.load(block);
-  const VecOf<Wide> v = transferred(on.transfer, old, of_grid, increment, filter);
+  const VecOf<Wide> v =
+      transferred(on.transfer, old, of_grid, increment, filter.velocity, filter.most_own_speed);
   points.v.store(v, block);
   const Wide half_mass = 0.5 * block.load(points.mass);
   sums.kinetic_before += half_mass * old.squaredNorm();
@@ -194,7 +195,7 @@ GRAINPAIR_FLATTEN GatherSums TransferKernelOf<Dim, S, E>::gather_as(const Strip&
       const auto dv = split<VecOf, E>(all.dv);
 #pragma GCC unroll 2
       for (std::size_t h = 0; h < halves; ++h)
-        take_velocity(blocks[h], v[h], dv[h], filter.velocity, on, sums);
+        take_velocity(blocks[h], v[h], dv[h], filter, on, sums);
       if constexpr (Carries) take_affine(blocks, at, all, filter.gradient, dt, on);
       on.material.grid_velocity.template store_blocks<E>(all.v, blocks);
     }

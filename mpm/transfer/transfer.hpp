@@ -38,13 +38,21 @@ constexpr Affine affine_of(TransferScheme scheme) {
 
 /// A point's new velocity from its old one, the grid's, and the grid's increment [m/s]. The branch
 /// is the same for every point, so it costs next to nothing and keeps the gathering loop to two
-/// instantiations.
+/// instantiations. What a point has beside the grid's no cell sees, and no wall: in the spray at
+/// the tip of a front, where every closing gap gives it a push, it would gather without bound. It
+/// is held to `most`.
 template <class Vec>
 Vec transferred(TransferScheme scheme, const Vec& v_p, const Vec& grid_velocity,
-                const Vec& increment, double filter) {
-  return with_transfer(scheme, [&](auto transfer) {
+                const Vec& increment, double filter, double most) {
+  using Real = typename Vec::Scalar;
+  const Vec v = with_transfer(scheme, [&](auto transfer) {
     return decltype(transfer)::velocity(v_p, grid_velocity, increment, filter);
   });
+  const Vec own = v - grid_velocity;
+  const Real square = own.squaredNorm();
+  const auto wild = square > most * most;
+  if (!any(wild)) return v;
+  return grid_velocity + select(wild, most / sqrt(square), Real(1.0)) * own;
 }
 
 }  // namespace grainpair
