@@ -56,6 +56,14 @@ def seed_column_cost() -> float:
     return frontier.grain_cost(frontier.committed("column")[1]) / float(point["cost"])
 
 
+def seed_column_answer() -> float:
+    """Grains over the cheapest recipe of the full model with dem_mu05 within 1 %, in cost. [-]"""
+    points, reference = frontier.committed("column")
+    found = frontier.converged(points, "solid_fluid", "dem_mu05", 0.01)
+    assert found is not None
+    return frontier.grain_cost(reference) / float(found["cost"])
+
+
 def seed_column_contact_share() -> float:
     """Error of the deposit of contact_share. [L0]"""
     return float(on_the_cases_cells("column", "contact_share", "contact_mu05")["error_deposit"])

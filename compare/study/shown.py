@@ -7,6 +7,16 @@ import pandas as pd
 
 from cases.programs import ROOT
 
+LAWS = {
+    "drucker_prager": "Drucker–Prager",
+    "mu_i": "μ(I)",
+    "lade_duncan": "Lade–Duncan",
+    "critical_state": "critical state",
+    "solid_fluid": "full model",
+    "contact_share": "contact share",
+    "external": "a library's law",
+}
+
 
 def read(path: Path) -> pd.DataFrame:
     return pd.read_csv(path, comment="#")
@@ -35,3 +45,9 @@ def per_cent(value: float, digits: int = 1) -> str:
 def times(price: float, grains: float) -> str:
     factor = grains / price if price else math.nan
     return "–" if math.isnan(factor) else f"{factor:.2g}" if factor < 10 else f"{factor:.0f}"
+
+
+def law_of(row) -> str:
+    return LAWS.get(row["law"], row["law"]) + (
+        f", `{row['card']}`" if row["law"] in ("solid_fluid", "contact_share") else ""
+    )
