@@ -169,24 +169,24 @@ def band(reference: dict, name: str) -> float:
     return max(reference["scatter"][name])
 
 
+def cheapest(points: pd.DataFrame) -> pd.Series | None:
+    """Of what is no fine solution."""
+    good = points[~points["fine"]]
+    return None if good.empty else good.loc[good["cost"].idxmin()]
+
+
 def best(points: pd.DataFrame, name: str, level: float) -> pd.Series | None:
     """The cheapest point whose error is at most `level`."""
-    good = points[(points["status"] == "ok") & ~points["fine"] & (points[f"error_{name}"] <= level)]
-    return None if good.empty else good.loc[good["cost"].idxmin()]
+    return cheapest(points[(points["status"] == "ok") & (points[f"error_{name}"] <= level)])
 
 
 def converged(points: pd.DataFrame, law: str, card: str, level: float) -> pd.Series | None:
     """The cheapest recipe of a law whose deposit and run-out are within `level` of the law's own
     fine solution.
     """
-    good = points[
-        (points["law"] == law)
-        & (points["card"].fillna("") == card)
-        & ~points["fine"]
-        & (points["numerical_deposit"] <= level)
-        & (points["numerical_run_out"] <= level)
-    ]
-    return None if good.empty else good.loc[good["cost"].idxmin()]
+    own = points[(points["law"] == law) & (points["card"].fillna("") == card)]
+    near = (own["numerical_deposit"] <= level) & (own["numerical_run_out"] <= level)
+    return cheapest(own[near])
 
 
 def sentences(points: pd.DataFrame, reference: dict, name: str) -> list[str]:

@@ -166,7 +166,7 @@ class Solver final : public Simulation {
   void initialise(const std::vector<InitialState>& initial);
   void sort_points();
   void reorder(const Order& order, Tasks tasks);
-  std::size_t cell_of(const Vec& x) const;
+  ActiveBox<Dim> whole_grid() const;
   PointsByCell by_cell();
   Order in_cell_order(const PointsByCell& cells);
   void find_active_box(const PointsByCell& cells);

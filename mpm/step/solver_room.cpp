@@ -38,6 +38,7 @@ void Solver<D>::find_crowding() {
           at, [&](Node<dim>& node, double w) { f(node, w * part * material_.volume(p)); });
     }
   };
+  const ActiveBox<dim> grid = whole_grid();
   const auto middle_of = [&](std::size_t cell) {
     Vec middle;
     for (std::size_t d = dim; d-- > 0; cell /= static_cast<std::size_t>(setup_.cells[d]))
@@ -50,7 +51,7 @@ void Solver<D>::find_crowding() {
     std::vector<std::size_t> cells;
     for_each_point_of(strips_[s], [&](std::size_t p) {
       for_each_part(p, [](Node<dim>& node, double volume) { node.change[0] += volume; });
-      cells.push_back(cell_of(points_.x[p]));
+      cells.push_back(static_cast<std::size_t>(grid.cell(points_.x[p])));
     });
     std::ranges::sort(cells);
     cells.erase(std::ranges::unique(cells).begin(), cells.end());

@@ -91,18 +91,15 @@ void Solver<D>::reorder(const Order& order, Tasks tasks) {
 }
 
 template <int D>
-std::size_t Solver<D>::cell_of(const Vec& x) const {
-  std::size_t cell = 0;
-  for (int d = 0; d < dim; ++d)
-    cell = cell * static_cast<std::size_t>(setup_.cells[d]) +
-           static_cast<std::size_t>(x[d] * grid_.axes[d].inverse_h);
-  return cell;
+ActiveBox<D> Solver<D>::whole_grid() const {
+  ActiveBox<dim> out = material_.box;
+  out.begin = {}, out.end = setup_.cells;
+  return out;
 }
 
 template <int D>
 PointsByCell Solver<D>::by_cell() {
-  ActiveBox<dim> grid = material_.box;  // all of it
-  grid.begin = {}, grid.end = setup_.cells;
+  const ActiveBox<dim> grid = whole_grid();
   std::vector<std::int32_t> cell(points_.size());
   const std::size_t blocks = cell.size() / Wide::size();
   side_by_side(0, static_cast<int>(blocks), [&](int k) {
@@ -110,7 +107,7 @@ PointsByCell Solver<D>::by_cell() {
     store_whole(grid.cell(points_.x.load(block)), block, cell);
   });
   for (std::size_t p = blocks * Wide::size(); p < cell.size(); ++p)  // come from another rank
-    cell[p] = static_cast<std::int32_t>(cell_of(points_.x[p]));
+    cell[p] = static_cast<std::int32_t>(grid.cell(points_.x[p]));
   return {points_.occupied(), cell};
 }
 
