@@ -2,6 +2,7 @@
 #include "mpm/step/team.hpp"
 
 #include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
 
 #include <chrono>
 #include <numeric>
@@ -65,11 +66,18 @@ TEST(Team, SharesAreOfOneSize) {
   }
 }
 
-/// A thread that never comes leaves its share to the others.
+/// A thread that never comes leaves its share to the others, before what waits for it.
 TEST(Team, SharesOfTheAbsentAreDone) {
-  std::vector<int> done(7, 0);
-  share_out({7, 64}, [&](int i) { ++done[static_cast<std::size_t>(i)]; });
-  EXPECT_EQ(done, std::vector<int>(7, 1));
+  const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
+  std::vector<Milestone> first(5);
+  std::vector<int> done(10, 0);
+  share_out({std::array{5, 10}, 4, [](int) { return 1.0; }}, [&](int i) {
+    if (i < 5) first[static_cast<std::size_t>(i)].set(1);
+    for (const Milestone& one : first)
+      if (i >= 5) one.await(1);
+    ++done[static_cast<std::size_t>(i)];
+  });
+  EXPECT_EQ(done, std::vector<int>(10, 1));
 }
 
 /// Helpers do help: of sweeps long enough to be woken for, some are not the caller's alone.
